@@ -66,10 +66,15 @@ void Gatherer::draw_phases(std::uint32_t seed) {
                      frames_, seed, static_cast<float>(-plan_.origin_m.z), phasors_);
 }
 
-void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
+/// Floats of one axis of the profiles of plane-wave samples, in whole packets.
+std::int32_t Gatherer::profile_room(int pixels) const {
+  return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
+}
+
+/// The plane in the scene frame, lengths as pairs of floats.
+device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
   const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
-  const double near_m = layer.min_m.z, far_m = layer.max_m.z, farthest_m = layer.farthest_m();
   const glm::ivec2 size = plan_.tile_size;
   const glm::dvec2 pitch = plan_.pitch_m, half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
@@ -77,7 +82,6 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   const glm::dvec2 corner =
       glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
 
-  // The plane in the scene frame, lengths as pairs of floats
   device::GatherPlane plane{};
   plane.nx = size.x;
   plane.ny = size.y;
@@ -111,58 +115,6 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   plane.reference_fall_y = static_cast<float>(fall.y);
   plane.half_window_x = static_cast<float>(half_window.x);
   plane.half_window_y = static_cast<float>(half_window.y);
-  if (at_hologram) {
-    plane.window_x = plane.window_y = 1e6f;
-    if (is_near_hologram(plan_)) {
-      plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
-      plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
-      // A spot is as wide as what the pixels resolve: the pixel, or less beside tilted light
-      const auto room = [&](int axis) {
-        const int pixels = std::min(2 * (PLANE_WAVE_WIDEST + 2) + 5, size[axis]);
-        return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
-      };
-      plane.room_x = room(0);
-      plane.room_y = room(1);
-    }
-  } else {
-    // The widest footprint of a sample: its half width over half the window and the plane's depth
-    const auto widest = fan *
-                        std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) /
-                        std::abs(centre_m.z);
-    // The ray from a sample to the tile's centre crosses the plane at x when the sample's tangent
-    // in the lattice is (x - centre) / distance + centre / z.
-    const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
-               spread = glm::abs(tile_m) * std::abs(1 / near_m - 1 / far_m) / 2.0;
-    plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
-    plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
-    plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
-    plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
-    // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
-    const glm::dvec2 spot(spot_of(plan_.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
-                          spot_of(plan_.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
-    const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
-    const auto narrowest = fan * half_window * (nearest / farthest_m);
-    const bool any_near =
-        narrowest.x < plane_wave_spots_ * spot.x || narrowest.y < plane_wave_spots_ * spot.y;
-    const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / std::abs(centre_m.z);
-    plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
-    plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
-    plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
-    plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
-    // Pixels that the profile of one plane-wave sample covers, in whole packets
-    if (any_near) {
-      const auto room = [&](int axis) {
-        const double half = std::min(
-            widest_plane_wave_sample * spot[axis],
-            widest[axis] * std::abs(centre_m.z) * half_window[axis] + plane_wave_tail * spot[axis]);
-        const int pixels =
-            static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
-        return (pixels + lanes_ - 1) / lanes_ * lanes_ + 2 * lanes_;
-      };
-      plane.room_x = room(0);
-      plane.room_y = room(1);
-    }
-  }
 
   // Visibility masks divide the window of the whole hologram, enlarged by the cone: scale and shift
   // map positions in the tile's window to it.
@@ -171,11 +123,80 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
   plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
   plane.visibility_shift_y = static_cast<float>(tile_m.y / visibility_half.y);
+  return plane;
+}
+
+/// Footprints on a plane at the hologram.
+void Gatherer::add_footprints_at_hologram(device::GatherPlane& plane) const {
+  plane.window_x = plane.window_y = 1e6f;
+  if (!is_near_hologram(plan_)) return;
+  plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
+  plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
+  // A spot is as wide as what the pixels resolve: the pixel, or less beside tilted light
+  plane.room_x = profile_room(std::min(2 * (PLANE_WAVE_WIDEST + 2) + 5, plane.nx));
+  plane.room_y = profile_room(std::min(2 * (PLANE_WAVE_WIDEST + 2) + 5, plane.ny));
+}
+
+/// Footprints on a WRP off the hologram.
+void Gatherer::add_footprints(const Wrp& wrp, device::GatherPlane& plane) const {
+  const auto& layer = plan_.layer_of(wrp);
+  const auto centre_m = wrp.centre_m;
+  const double near_m = layer.min_m.z, far_m = layer.max_m.z, farthest_m = layer.farthest_m();
+  const glm::ivec2 size = plan_.tile_size;
+  const glm::dvec2 pitch = plan_.pitch_m, half_window = plan_.tile_window_m() / 2.0,
+                   fan = plan_.tile_cone;
+  const auto tile_m = plan_.tile_of(wrp).centre_m;
+  const glm::dvec2 corner =
+      glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
+  // The widest footprint of a sample: its half width over half the window and the plane's depth
+  const auto widest = fan * std::max(narrowing(centre_m.z, near_m), narrowing(centre_m.z, far_m)) /
+                      std::abs(centre_m.z);
+  // The ray from a sample to the tile's centre crosses the plane at x when the sample's tangent
+  // in the lattice is (x - centre) / distance + centre / z.
+  const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
+             spread = glm::abs(tile_m) * std::abs(1 / near_m - 1 / far_m) / 2.0;
+  plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
+  plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
+  plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
+  plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
+  // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
+  const glm::dvec2 spot(spot_of(plan_.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
+                        spot_of(plan_.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
+  const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
+  const auto narrowest = fan * half_window * (nearest / farthest_m);
+  const bool any_near =
+      narrowest.x < plane_wave_spots_ * spot.x || narrowest.y < plane_wave_spots_ * spot.y;
+  const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / std::abs(centre_m.z);
+  plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
+  plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
+  plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
+  plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
+  // Pixels that the profile of one plane-wave sample covers, in whole packets
+  if (any_near) {
+    const auto room = [&](int axis) {
+      const double half = std::min(
+          widest_plane_wave_sample * spot[axis],
+          widest[axis] * std::abs(centre_m.z) * half_window[axis] + plane_wave_tail * spot[axis]);
+      const int pixels =
+          static_cast<int>(std::min(2 * half / pitch[axis] + 5, static_cast<double>(size[axis])));
+      return profile_room(pixels);
+    };
+    plane.room_x = room(0);
+    plane.room_y = room(1);
+  }
+}
+
+void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
+  auto plane = plane_of(wrp);
+  if (wrp.centre_m.z == 0)
+    add_footprints_at_hologram(plane);
+  else
+    add_footprints(wrp, plane);
 
   // Positions and footprints of all samples on the plane
   auto lattice = table_.lattice;
-  lattice.half_width = static_cast<float>(half_window.x);
-  lattice.half_height = static_cast<float>(half_window.y);
+  lattice.half_width = plane.half_window_x;
+  lattice.half_height = plane.half_window_y;
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
       local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
   const auto stride = static_cast<std::int32_t>(footprints_.size() / 4);

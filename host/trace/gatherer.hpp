@@ -27,6 +27,11 @@ public:
   void gather(const Wrp& wrp, cl::ComplexBuffer& field);
 
 private:
+  std::int32_t profile_room(int pixels) const;
+  device::GatherPlane plane_of(const Wrp& wrp) const;
+  void add_footprints_at_hologram(device::GatherPlane& plane) const;
+  void add_footprints(const Wrp& wrp, device::GatherPlane& plane) const;
+
   const Plan& plan_;
   const DeviceScene& scene_;
   const SampleTable& table_;
