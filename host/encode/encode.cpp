@@ -23,20 +23,14 @@ std::size_t count_of(std::size_t size) { return (size + stride_of(size) - 1) / s
 cl::Options options_of(const cl::Device& device, const Panel& panel) {
   const auto& slm = panel.slm();
   const bool has_table = !panel.level_table().empty();
-  cl::Options options{{option::lanes, std::to_string(device.info().float_lanes)},
-                      {option::encoding, std::to_string(static_cast<int>(slm.encoding))},
-                      {option::added_turns, panel.added().empty() ? "0" : "1"},
-                      {option::level_table, has_table ? "1" : "0"},
-                      {option::grey_levels, std::to_string(grey_levels_of(slm))}};
-  if (has_table)
-    options[option::table_size] = std::to_string(Panel::table_size);
-  else if (!shows_amplitude(slm.encoding)) {
-    options[option::levels_per_turn] = std::to_string(slm.levels_per_turn);
-    options[option::invert] = slm.invert ? "1" : "0";
-  }
-  return options;
+  return {{option::lanes, std::to_string(device.info().float_lanes)},
+          {option::encoding, std::to_string(static_cast<int>(slm.encoding))},
+          {option::added_turns, panel.added().empty() ? "0" : "1"},
+          {option::level_table, has_table ? "1" : "0"},
+          {option::grey_levels, std::to_string(grey_levels_of(slm))}};
 }
 
+static_assert(Panel::table_size == LEVEL_TABLE_SIZE);
 static_assert(static_cast<int>(Encoding::phase) == ENCODING_PHASE &&
               static_cast<int>(Encoding::double_phase) == ENCODING_DOUBLE_PHASE &&
               static_cast<int>(Encoding::off_axis) == ENCODING_OFF_AXIS &&
@@ -160,10 +154,11 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
   const auto inverse_clip =
       static_cast<float>(std::min<double>(1 / clip, std::numeric_limits<float>::max()));
   auto kernel = program_of(field).kernel("encode");
+  const auto& slm = panel_->slm();
   const auto run = [&](const auto& source) {
     kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
                added_, table, levels, window.size.x, window.size.y, window.first.x, window.first.y,
-               inverse_clip);
+               inverse_clip, slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
   return levels;

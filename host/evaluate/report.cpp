@@ -376,11 +376,11 @@ std::string plan_report_text(const Planned& planned, const World& world) {
   // Kernels, memory and predictions
   const auto kernels = kernel_options(plan);
   out << "kernels   with";
-  for (const auto& [part, name] : {std::pair{option::specular, "highlights"},
+  for (const auto& [part, name] : {std::pair{option::highlights, "highlights"},
                                    {option::textures, "textures"},
                                    {option::shadows, "shadows"},
                                    {option::bounces, "bounces"}})
-    out << (part == option::specular ? " " : ", ") << (kernels.at(part) == "0" ? "no " : "")
+    out << (part == option::highlights ? " " : ", ") << (kernels.at(part) == "0" ? "no " : "")
         << name;
   out << "\n";
   out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";

@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
+#include <stdexcept>
 #include <tuple>
 #include <utility>
 
@@ -249,8 +250,10 @@ cl::Options kernel_options(const Plan& plan) {
   const auto any = [&](const auto& test) { return plan.lighting.any_material(test); };
   const auto channels = plan.channels();
   const auto& all = plan.lighting.lights;
+  const bool specular = any([&](const Material& m) { return has_highlights(m, channels); });
   const int lights = directions_of(all, [](const Light&) { return true; }),
-            highlights = directions_of(all, [](const Light&l) { return l.highlights; });
+            highlights =
+                specular ? directions_of(all, [](const Light&l) { return l.highlights; }) : 0;
   const auto any_light = [&](const auto& test) {
     return std::any_of(all.begin(), all.end(), test);
   };
@@ -263,8 +266,6 @@ cl::Options kernel_options(const Plan& plan) {
            })
                               ? "1"
                               : "0"},
-          {option::specular,
-           any([&](const Material& m) { return has_highlights(m, channels); }) ? "1" : "0"},
           {option::sharp, any([&](const Material& m) {
              return has_highlights(m, channels) && sharpest_shininess(m) > sharp_shininess;
            })
@@ -302,9 +303,8 @@ void DeviceScene::place(const World& world, const Plan& plan) {
                   3 * placed.first_vertex);
   }
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  options =
-      // The depth is rounded up to a multiple of 16, so that scenes of similar size share kernels.
-      cl::with(options, {{option::bvh_depth, std::to_string((instances_.depth() + 15) / 16 * 16)}});
+  if (instances_.depth() > BVH_MOST_DEPTH)
+    throw std::logic_error("a tree is deeper than kernels can follow");
   show_spectra(plan);
   upload_lights(world, plan);
 }

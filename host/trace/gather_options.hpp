@@ -21,9 +21,12 @@ inline cl::Options gather_options(const cl::Device& device, const Plan& plan,
                       {option::visibility_parts, std::to_string(table.visibility_parts)},
                       {option::paths, has_fitted_paths(plan) ? "1" : "0"},
                       {option::sine_limit, plan.beyond_diffraction ? "1" : "0"}};
-  for (const auto& name : {option::lanes, option::lights, option::highlights, option::light_places,
-                           option::spots, option::specular, option::sharp})
+  for (const auto& name : {option::lanes, option::lights, option::highlights})
     options[name] = scene.options.at(name);
+  if (options[option::highlights] != "0") {
+    for (const auto& name : {option::light_places, option::spots, option::sharp})
+      options[name] = scene.options.at(name);
+  }
   return options;
 }
 

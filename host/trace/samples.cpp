@@ -88,12 +88,12 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                          bool keep_unseen, std::optional<Counting> counting)
     : visibility_parts(plan.visibility_parts),
+      keep_unseen_(keep_unseen),
       device_(device),
       program_(
           device, "kernels/samples/samples.cl",
           cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
-                                   {option::visibility_parts, std::to_string(visibility_parts)},
-                                   {option::keep_unseen, keep_unseen ? "1" : "0"}})),
+                                   {option::visibility_parts, std::to_string(visibility_parts)}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device, scene) {
@@ -209,8 +209,9 @@ void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
   const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
   find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)},
                     lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1}, scene.arguments(), lattice,
-                    breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_, band_.counts,
-                    band_.mirrors, band_.samples, band_.visibility_masks, band_.lit, band_.colours);
+                    breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_,
+                    std::int32_t{keep_unseen_}, band_.counts, band_.mirrors, band_.samples,
+                    band_.visibility_masks, band_.lit, band_.colours);
 }
 
 int SampleTable::count_on_host(const Plan& plan, const DeviceScene& scene, int row, int rows,

@@ -67,6 +67,8 @@ public:
   }
 
 private:
+  bool keep_unseen_;
+
   /// Samples of a band of rows; every cell has room for the same number of samples.
   struct Band {
     cl::Buffer<glm::ivec2> counts, first;  // x: all samples, y: hidden samples

@@ -100,12 +100,6 @@ std::vector<float> fits(double reach) {
   return table;
 }
 
-cl::Options options_of(cl::Options options) {
-  // Only find_samples needs it.
-  options.erase(option::keep_unseen);
-  return options;
-}
-
 template <class T>
 void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
                const char* name) {
@@ -118,7 +112,7 @@ void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size
 
 SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& options)
     : device_(device),
-      program_(device, "kernels/samples/paths.cl", options_of(options)),
+      program_(device, "kernels/samples/paths.cl", options),
       find_(program_.kernel("find_paths")),
       pack_(program_.kernel("pack_paths")),
       visibility_words_(static_cast<std::size_t>(

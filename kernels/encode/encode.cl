@@ -81,19 +81,19 @@ static inline floatv acos_turns(floatv a) {
 }
 
 // Level of a phase in turns, any number of them, or its place in the table.
-static inline intv level_of_phase(floatv turns) {
+static inline intv level_of_phase(floatv turns, int levels_per_turn) {
   floatv t = turns_reduced(turns);
   t = LANES_SELECT(t, t + 1.0f, t < 0.0f);
-  if (RAYWAVE_LEVEL_TABLE) return rounded(t * (float)RAYWAVE_TABLE_SIZE) & (RAYWAVE_TABLE_SIZE - 1);
-  if (RAYWAVE_INVERT) t = 1.0f - t;
-  const intv level = rounded(t * (float)RAYWAVE_LEVELS_PER_TURN);
+  if (RAYWAVE_LEVEL_TABLE) return rounded(t * (float)LEVEL_TABLE_SIZE) & (LEVEL_TABLE_SIZE - 1);
+  if (levels_per_turn < 0) t = 1.0f - t;
+  const intv level = rounded(t * (float)abs(levels_per_turn));
   return LANES_SELECT(level, (intv)(0), level > RAYWAVE_GREY_LEVELS - 1);
 }
 
 // Level of an amplitude, 0 to 1, or its place in the table.
 static inline intv level_of_amplitude(floatv amplitude) {
   if (RAYWAVE_LEVEL_TABLE)
-    return rounded(amplitude * (float)(RAYWAVE_TABLE_SIZE - 1)) & (RAYWAVE_TABLE_SIZE - 1);
+    return rounded(amplitude * (float)(LEVEL_TABLE_SIZE - 1)) & (LEVEL_TABLE_SIZE - 1);
   return rounded(amplitude * (float)(RAYWAVE_GREY_LEVELS - 1));
 }
 
@@ -128,14 +128,15 @@ static inline void polar_field(const Field* field, int nx, int i, int row, float
 
 // Levels of samples in the columns x of row y, or their places in the table. An amplitude of
 // 1 / inverse_clip is the largest that is shown.
-static inline intv levels_of(floatv amplitude, floatv turns, intv x, int y, float inverse_clip) {
-  if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns);
+static inline intv levels_of(floatv amplitude, floatv turns, intv x, int y, float inverse_clip,
+                             int levels_per_turn) {
+  if (RAYWAVE_ENCODING == ENCODING_PHASE) return level_of_phase(turns, levels_per_turn);
 
   const floatv a = fmin(amplitude * inverse_clip, (floatv)(1.0f));
   if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE) {
     const floatv apart = acos_turns(a);
     const intv odd = ((x + y) & 1) != 0;
-    return level_of_phase(turns + LANES_SELECT(-apart, apart, odd));
+    return level_of_phase(turns + LANES_SELECT(-apart, apart, odd), levels_per_turn);
   }
   if (RAYWAVE_ENCODING == ENCODING_OFF_AXIS) {
     floatv c, s;
@@ -175,9 +176,11 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
 //
 // added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
+// levels_per_turn  where levels are proportional to the phase: at most RAYWAVE_GREY_LEVELS;
+//                  negative where the phase falls as levels rise
 __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
                      const __global LEVEL* restrict table, __global LEVEL* restrict levels, int nx,
-                     int ny, int x0, int y0, float inverse_clip) {
+                     int ny, int x0, int y0, float inverse_clip, int levels_per_turn) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const Field from = FIELD_OF_PARAMETERS;
@@ -196,7 +199,7 @@ __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
         more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
       turns += LANES_LOAD(more);
     }
-    const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip);
+    const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip, levels_per_turn);
     if (is_whole) {
       store_levels(found, table, levels + start + i);
     } else {

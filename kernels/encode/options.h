@@ -29,33 +29,18 @@
 #endif
 
 // Entries of that table, for phases from 0 to 1 turn or amplitudes from 0 to 1.
-#ifndef RAYWAVE_TABLE_SIZE
-#define RAYWAVE_TABLE_SIZE 4096
-#endif
+#define LEVEL_TABLE_SIZE 4096
 
 // Grey levels of the SLM; more than 256 take two bytes each.
 #ifndef RAYWAVE_GREY_LEVELS
 #define RAYWAVE_GREY_LEVELS 256
 #endif
 
-// Grey levels to a turn, at most RAYWAVE_GREY_LEVELS, where levels are proportional.
-#ifndef RAYWAVE_LEVELS_PER_TURN
-#define RAYWAVE_LEVELS_PER_TURN 256
-#endif
-
-// 1: phase falls as levels rise, where they are proportional.
-#ifndef RAYWAVE_INVERT
-#define RAYWAVE_INVERT 0
-#endif
-
-#define RAYWAVE_ENCODE_OPTIONS(OPTION)             \
-  OPTION(encoding, RAYWAVE_ENCODING)               \
-  OPTION(transformed, RAYWAVE_TRANSFORMED)         \
-  OPTION(added_turns, RAYWAVE_ADDED_TURNS)         \
-  OPTION(level_table, RAYWAVE_LEVEL_TABLE)         \
-  OPTION(table_size, RAYWAVE_TABLE_SIZE)           \
-  OPTION(grey_levels, RAYWAVE_GREY_LEVELS)         \
-  OPTION(levels_per_turn, RAYWAVE_LEVELS_PER_TURN) \
-  OPTION(invert, RAYWAVE_INVERT)
+#define RAYWAVE_ENCODE_OPTIONS(OPTION)     \
+  OPTION(encoding, RAYWAVE_ENCODING)       \
+  OPTION(transformed, RAYWAVE_TRANSFORMED) \
+  OPTION(added_turns, RAYWAVE_ADDED_TURNS) \
+  OPTION(level_table, RAYWAVE_LEVEL_TABLE) \
+  OPTION(grey_levels, RAYWAVE_GREY_LEVELS)
 
 #endif

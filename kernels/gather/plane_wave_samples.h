@@ -39,7 +39,7 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
                                              (floatv)(best_x), (floatv)(best_y)));
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
   for (int first = 0; first < RAYWAVE_HIGHLIGHTS && p->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
     highlight_directions(lights, lit, sample, first, p->tangent_x,

@@ -8,7 +8,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/scene/shade.h"
 
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
 // A direction towards the hologram: double-single and of any length, or a unit vector.
 #if RAYWAVE_SHARP
 typedef DoubleSingle3 Towards;
@@ -102,7 +102,7 @@ static inline floatv amplitude_towards(__global const Light* lights, __global co
                                        __global const Sample* sample, float plain, bool shines,
                                        floatv tx, floatv ty) {
   floatv amplitude = plain;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
   if (shines) {
 #if RAYWAVE_SHARP
     const floatv down = -1.0f;
@@ -129,7 +129,7 @@ static inline intv shine_within(__global const Light* lights, __global const uin
                                 int count, floatv radiance, Surface* surface, floatv tangent_x,
                                 floatv half_x, floatv tangent_y, floatv half_y) {
   intv shines = LANES_INDEX < 0;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
   if (!LANES_ANY(surface->specular[0] > 0.0f)) return shines;
 #if RAYWAVE_SHARP
   surface->place = ds3(surface->x, surface->y, surface->z);

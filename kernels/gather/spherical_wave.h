@@ -149,7 +149,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
     }
 #endif
     floatv amplitude = p->amplitude;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
     // The direction through the pixel, or away from it where the sample is in front of the plane.
     if (p->specular) {
 #if RAYWAVE_SHARP

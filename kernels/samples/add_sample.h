@@ -65,6 +65,7 @@ typedef struct {
   __global float* colours;
 #endif
   int slots;
+  int keeps_unseen;               // 1: also samples that no part of the hologram sees
   int count;                      // of all samples, with or without a slot
   int hidden;                     // of the samples that have a slot
   int rank;                       // number of the next source
@@ -94,7 +95,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   }
   LANES_STORE(cell_key((intv)(key_x), (intv)(key_y), (intv)(cell->rank)), keys);
   OccluderCache* occluder_cache = cell->occluder_cache + min(cell->rank, OCCLUDER_CACHES - 1);
-  if (!RAYWAVE_KEEP_UNSEEN && (covered == 0 || seen == 0)) {
+  if (!cell->keeps_unseen && (covered == 0 || seen == 0)) {
     ++cell->rank;
     return;
   }
@@ -127,7 +128,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
 
   uint visibility[VISIBILITY_WORDS];
   const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
-  if (!RAYWAVE_KEEP_UNSEEN && parts_seen == 0) return;
+  if (!cell->keeps_unseen && parts_seen == 0) return;
   sample.hidden = parts_seen < VISIBILITY_ALL;
 #if RAYWAVE_NORMAL_MAPS
   // Rays have left the surface: from here on the normal is for highlights

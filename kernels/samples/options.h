@@ -8,11 +8,6 @@
 #define RAYWAVE_ANTIALIAS 4
 #endif
 
-// 1: samples that no part of the hologram sees stay in the table; SampleTable
-#ifndef RAYWAVE_KEEP_UNSEEN
-#define RAYWAVE_KEEP_UNSEEN 0
-#endif
-
 // Parts per side of the hologram's window in a sample's visibility mask: 4, 8 or 16; 0: nothing
 // hides anything; SampleTable and Gatherer, from the Plan
 #ifndef RAYWAVE_VISIBILITY_PARTS
@@ -25,10 +20,9 @@
 #define RAYWAVE_PATHS 0
 #endif
 
-#define RAYWAVE_SAMPLES_OPTIONS(OPTION)    \
-  OPTION(antialias, RAYWAVE_ANTIALIAS)     \
-  OPTION(keep_unseen, RAYWAVE_KEEP_UNSEEN) \
-  OPTION(paths, RAYWAVE_PATHS)             \
+#define RAYWAVE_SAMPLES_OPTIONS(OPTION) \
+  OPTION(antialias, RAYWAVE_ANTIALIAS)  \
+  OPTION(paths, RAYWAVE_PATHS)          \
   OPTION(visibility_parts, RAYWAVE_VISIBILITY_PARTS)
 
 #endif

@@ -154,7 +154,7 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
 #if RAYWAVE_PATHS
   __global const Material* material = scene->materials + sheet->material;
   bool shines = false;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
   shines = (material->kind & MATERIAL_METALLIC) != 0;
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) shines |= material->specular[k] > 0.0f;
 #endif

@@ -215,8 +215,8 @@ CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice
 
 __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            __global const float* break_cells, __global const float* break_tiles,
-                           int first_row, int rows, int slots, __global int2* counts,
-                           __global int* mirrors, __global Sample* samples,
+                           int first_row, int rows, int slots, int keeps_unseen,
+                           __global int2* counts, __global int* mirrors, __global Sample* samples,
                            __global uint* visibility_masks, __global uint* lit,
                            __global float* sample_colours) {
 #if RAYWAVE_COLOURS == 1
@@ -261,9 +261,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   Shaded shaded[BVH_LAYERS];
   for (int i = 0; i < BVH_LAYERS; ++i) {
     intv wanted = sources.triangle[i] >= 0;
-#if !RAYWAVE_KEEP_UNSEEN
-    wanted &= LANES_LOAD(seen[i]) != 0;
-#endif
+    if (!keeps_unseen) wanted &= LANES_LOAD(seen[i]) != 0;
     if (!LANES_ANY(wanted)) continue;
     const Hits hits = {sources.t[i], LANES_SELECT((intv)(-1), sources.triangle[i], wanted),
                        sources.u[i], sources.v[i]};
@@ -284,6 +282,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
       sample_colours + place * (size_t)slots * SAMPLE_COLOURS,
 #endif
       slots,
+      keeps_unseen,
       0,
       0,
       0,
@@ -365,11 +364,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
         const bool is_known = of_centre && !again;
         const int seen_parts = is_known ? seen[layer][lane] : SEEN_UNKNOWN;
         const bool is_shaded = is_known && RAYWAVE_LANES > 1;
-#if RAYWAVE_KEEP_UNSEEN
-        const bool is_wanted = true;
-#else
-        const bool is_wanted = seen_parts != 0;
-#endif
+        const bool is_wanted = keeps_unseen || seen_parts != 0;
         if (!is_shaded && is_wanted)
           shade_one(&scene, &lattice, &hit, dx, dy, column, row, &shaded_one);
 #if RAYWAVE_LANES > 1

@@ -10,17 +10,12 @@
 #define RAYWAVE_COLOURS 1
 #endif
 
-// Nodes from the root of a tree to its deepest leaf, rounded up to a multiple of 16
-#ifndef RAYWAVE_BVH_DEPTH
-#define RAYWAVE_BVH_DEPTH 64
-#endif
-
 // Number of lights besides ambient ones, 0 or more
 #ifndef RAYWAVE_LIGHTS
 #define RAYWAVE_LIGHTS 1
 #endif
 
-// Number of lights, the first ones, whose highlights show
+// Number of lights, the first ones, whose highlights show; 0 where no material has a specular part
 #ifndef RAYWAVE_HIGHLIGHTS
 #define RAYWAVE_HIGHLIGHTS RAYWAVE_LIGHTS
 #endif
@@ -34,11 +29,6 @@
 // 1: some light is a spot, or falls off with distance
 #ifndef RAYWAVE_SPOTS
 #define RAYWAVE_SPOTS 0
-#endif
-
-// 1: some material has a specular part
-#ifndef RAYWAVE_SPECULAR
-#define RAYWAVE_SPECULAR 1
 #endif
 
 // 1: the exponent of a highlight is so large that directions need more than floats
@@ -78,14 +68,15 @@
 #define RAYWAVE_SHADOWS 0
 #endif
 
+// No option: nodes from the root of a tree to its deepest leaf, at most
+#define BVH_MOST_DEPTH 64
+
 #define RAYWAVE_SCENE_OPTIONS(OPTION)        \
   OPTION(colours, RAYWAVE_COLOURS)           \
-  OPTION(bvh_depth, RAYWAVE_BVH_DEPTH)       \
   OPTION(lights, RAYWAVE_LIGHTS)             \
   OPTION(highlights, RAYWAVE_HIGHLIGHTS)     \
   OPTION(light_places, RAYWAVE_LIGHT_PLACES) \
   OPTION(spots, RAYWAVE_SPOTS)               \
-  OPTION(specular, RAYWAVE_SPECULAR)         \
   OPTION(sharp, RAYWAVE_SHARP)               \
   OPTION(bounces, RAYWAVE_BOUNCES)           \
   OPTION(textures, RAYWAVE_TEXTURES)         \

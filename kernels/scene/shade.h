@@ -23,7 +23,7 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
 }
 
 #define REFINED_SURFACES \
-  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0))
+  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_HIGHLIGHTS > 0))
 
 // Position and material of a hit, one per lane. The normal has unit length and points to the side
 // from which the ray came.
@@ -414,7 +414,7 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   return lit;
 }
 
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
 #if RAYWAVE_SHARP && RAYWAVE_NORMAL_MAPS
 // The normal for shading: that of a map is a float, any other is refined.
 static inline DoubleSingle3 shading_normal(const Surface* s) {
@@ -514,13 +514,13 @@ static inline floatv phong(const SceneArrays* scene, const Surface* s, float bia
     const Incident in = incident(scene->lights, i, s, reach);
     const intv lit = lit_by(scene, &in, s, bias, active);
     if (!LANES_ANY(lit)) continue;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
     floatv glow = 0.0f;
     if (i < RAYWAVE_HIGHLIGHTS) glow = highlight(scene->lights, i, &in, s);
 #endif
     for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
       floatv part = s->diffuse[k] * in.facing;
-#if RAYWAVE_SPECULAR && RAYWAVE_HIGHLIGHTS > 0
+#if RAYWAVE_HIGHLIGHTS > 0
       if (i < RAYWAVE_HIGHLIGHTS) part += s->specular[k] * glow;
 #endif
       radiance.of[k] += LANES_SELECT((floatv)(0.0f), part * intensity_of(&in, k), lit);

@@ -417,7 +417,7 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
   const auto plan = plan_of(scene, build_world(scene));
   const auto plain = kernel_options(plan);
   CHECK(plain.at(option::textures) == "0");
-  CHECK(plain.at(option::specular) == "0");
+  CHECK(plain.at(option::highlights) == "0");
   CHECK(plain.at(option::sharp) == "0");
   CHECK(plain.at(option::shadows) == "0");
   CHECK(plain.at(option::bounces) == "0");
@@ -427,7 +427,7 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
                                               "materials.ball.reflectivity=0.3"});
   const auto all = kernel_options(plan_of(rich, build_world(rich)));
   CHECK(all.at(option::textures) == "1");
-  CHECK(all.at(option::specular) == "1");
+  CHECK(all.at(option::highlights) == "1");
   CHECK(all.at(option::sharp) == "0");  // an exponent of 60
   CHECK(all.at(option::shadows) == "1");
   CHECK(all.at(option::bounces) == "2");
