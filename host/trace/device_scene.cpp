@@ -303,7 +303,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
                   3 * placed.first_vertex);
   }
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
-  if (instances_.depth() > BVH_MOST_DEPTH)
+  if (instances_.depth() > RAYWAVE_BVH_DEPTH)
     throw std::logic_error("a tree is deeper than kernels can follow");
   show_spectra(plan);
   upload_lights(world, plan);

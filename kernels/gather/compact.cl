@@ -2,14 +2,14 @@
 // Compact gathering (docs/pipeline.md): the field of surface samples on the virtual plane, one
 // Fourier transform away from the hologram's tile. With the reference wave exp(i k c) taken off, a
 // sample's light on the tile has few frequencies, and so a small footprint W on this plane:
-//   W(x, y) = 1 / pitch^2 integral of bell(u, v) A / r exp(i k (r - c)) exp(2 pi i (x u + y v) /
+//   W(x, y) = 1 / pitch^2 integral of window(u, v) A / r exp(i k (r - c)) exp(2 pi i (x u + y v) /
 //             (wavelength z0)) du dv,
 //   r: distance from the sample to (u, v) on the tile, c = sqrt(z0^2 + u^2 + v^2).
 // W is a sum of `lines` products X_k(x) Y_k(y), one for each of as many rows v_k of the tile
 // ("scan lines"): X_k is the transform of the light on that row, less its phase at u = 0, Y_k that
 // of the light on the column u = 0 times Lagrange's polynomial of v_k. For a partly hidden sample
 // the rows are the middles of the visibility mask's parts, and cubic B-splines stand for the
-// polynomials and smooth the mask. The bell is divided out at the hologram, and makes footprints
+// polynomials and smooth the mask. The window is divided out at the hologram, and makes footprints
 // end quickly.
 //
 // Samples before the hologram (z < 0) light planes of their own, as their mirror images through the
@@ -46,6 +46,42 @@
 #include "kernels/gather/seen.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/shade.h"
+
+// Stores the samples as the tile sees them, without how their amplitudes depend on the direction.
+// left, columns, top, rows: their footprints
+static inline void store_paths(const SampleLanes* s, const CompactPlane* plane, intv left,
+                               intv columns, intv top, intv rows, int count, __global real* out) {
+  const floatv zero = 0.0f;
+  const DoubleSingle far_x =
+                         ds_minus(ds(s->surface.x, zero), ds(plane->origin_x, plane->origin_x_low)),
+                     far_y =
+                         ds_minus(ds(plane->origin_y, plane->origin_y_low), ds(s->surface.y, zero)),
+                     far_z = ds_times(ds_minus(ds(s->surface.z, zero),
+                                               ds(plane->hologram_z, plane->hologram_z_low)),
+                                      ds((floatv)(plane->side), zero)),
+                     z0 = ds(plane->z0, plane->z0_low), rate = ds(plane->turns_hi, plane->turns_lo);
+  const DoubleSingle3 path = {far_x, far_y, far_z};
+  const DoubleSingle length = ds_sqrt(ds3_dot(path, path)), nearer = ds_minus(z0, length);
+  const DoubleSingle sine_x = ds_over(far_x, length), sine_y = ds_over(far_y, length);
+  store_seen(REAL_OF_DS(far_x), 0, count, out);
+  store_seen(REAL_OF_DS(far_y), 1, count, out);
+  store_seen(REAL_OF_DS(far_z), 2, count, out);
+  store_seen(REAL_OF_DS(length), 3, count, out);
+  store_seen(REAL_OF_DS(ds_times(nearer, ds_plus(z0, length))), 4, count, out);
+  store_seen(REAL_OF_DS(sine_x), 5, count, out);
+  store_seen(REAL_OF_DS(sine_y), 6, count, out);
+  // The footprint's middle lies half a pixel from the one that counts as its middle.
+  const intv twice_x = 2 * left + columns - 1, twice_y = 2 * top + rows - 1;
+  store_seen(
+      REAL_OF_DS(ds_minus(ds_times(sine_x, rate), ds_steps(twice_x, 0.5f * plane->frequency_x,
+                                                           0.5f * plane->frequency_x_low))),
+      7, count, out);
+  store_seen(
+      REAL_OF_DS(ds_minus(ds_times(sine_y, rate), ds_steps(twice_y, 0.5f * plane->frequency_y,
+                                                           0.5f * plane->frequency_y_low))),
+      8, count, out);
+  store_seen(REAL_OF(-ds_turns(ds_times(nearer, rate))), 9, count, out);
+}
 
 __kernel void aim(__global const Light* lights, __global const Sample* samples,
                   __global const uint* lit, __global const SamplePath* paths, int sample_count,
@@ -112,39 +148,11 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
     footprints[index + lane] = footprint;
   }
 
-  // The samples as the tile sees them
   __global real* out = (__global real*)seen + COMPACT_SEEN * (size_t)index;
-  const floatv zero = 0.0f;
-  const DoubleSingle far_x =
-                         ds_minus(ds(s.surface.x, zero), ds(plane.origin_x, plane.origin_x_low)),
-                     far_y =
-                         ds_minus(ds(plane.origin_y, plane.origin_y_low), ds(s.surface.y, zero)),
-                     far_z = ds_times(ds_minus(ds(s.surface.z, zero),
-                                               ds(plane.hologram_z, plane.hologram_z_low)),
-                                      ds((floatv)(plane.side), zero)),
-                     z0 = ds(plane.z0, plane.z0_low), rate = ds(plane.turns_hi, plane.turns_lo);
-  const DoubleSingle3 path = {far_x, far_y, far_z};
-  const DoubleSingle length = ds_sqrt(ds3_dot(path, path)), nearer = ds_minus(z0, length);
-  const DoubleSingle sine_x = ds_over(far_x, length), sine_y = ds_over(far_y, length);
-  store_seen(REAL_OF_DS(far_x), 0, count, out);
-  store_seen(REAL_OF_DS(far_y), 1, count, out);
-  store_seen(REAL_OF_DS(far_z), 2, count, out);
-  store_seen(REAL_OF_DS(length), 3, count, out);
-  store_seen(REAL_OF_DS(ds_times(nearer, ds_plus(z0, length))), 4, count, out);
-  store_seen(REAL_OF_DS(sine_x), 5, count, out);
-  store_seen(REAL_OF_DS(sine_y), 6, count, out);
-  // The footprint's middle lies half a pixel from the one that counts as its middle.
-  const intv twice_x = 2 * left + columns - 1, twice_y = 2 * top + rows - 1;
-  store_seen(REAL_OF_DS(ds_minus(ds_times(sine_x, rate), ds_steps(twice_x, 0.5f * plane.frequency_x,
-                                                                  0.5f * plane.frequency_x_low))),
-             7, count, out);
-  store_seen(REAL_OF_DS(ds_minus(ds_times(sine_y, rate), ds_steps(twice_y, 0.5f * plane.frequency_y,
-                                                                  0.5f * plane.frequency_y_low))),
-             8, count, out);
-  store_seen(REAL_OF(-ds_turns(ds_times(nearer, rate))), 9, count, out);
+  store_paths(&s, &plane, left, columns, top, rows, count, out);
 
   // How their amplitudes depend on the direction
-  // The bell reaches beyond the tile.
+  // The window function reaches beyond the tile.
   const intv cut =
       is_cut(x, y, z, plane.period_x - plane.half_x, plane.period_y - plane.half_y, &plane);
   const intv rough = !is_smooth(&s, shines, tangent_x, half_x, tangent_y, half_y);
@@ -291,9 +299,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
       between_knots(turns + line * knots, knots, knots_x, nx, node, &turns_right, &turns_left);
       between_knots(light + line * knots, knots, knots_x, nx, node, &weight_right, &weight_left);
 #endif
-      const floatv bell = sign * LANES_LOAD(weights_x + node);
-      weight_right *= bell;
-      weight_left *= bell;
+      const floatv window = sign * LANES_LOAD(weights_x + node);
+      weight_right *= window;
+      weight_left *= window;
       if (cut || rough) {
         weight_right *= rough_amplitude(&p, cut, rough, shines, u, v);
         weight_left *= rough_amplitude(&p, cut, rough, shines, -u, v);

@@ -30,7 +30,7 @@
   (COMPACT_STEP * COMPACT_STEP * \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 
-// Nodes on each side of the middle one: the bell is zero beyond. size and tile: pixels along the
+// Nodes on each side of the middle one: the window function is zero beyond. size and tile: pixels along the
 // virtual plane and along the tile
 #define COMPACT_HALF_NODES(n, size, tile) (((n) * (2 * (size) - (tile)) - 1) / (2 * (size)))
 
@@ -64,7 +64,7 @@
 
 // Weights of nodes, in rows of COMPACT_NODE_ROOM floats, for one size after another. A row has n
 // floats for the nodes right of the middle one, n for those left of it, and that of the middle one.
-// Rows: the bell along x; the splines of the parts along x; along y, times its bell, Lagrange's
+// Rows: the window function along x; the splines of the parts along x; along y, times its window function, Lagrange's
 // polynomials of one scan line, of two lines, and so on, and the splines of the parts; and for each
 // pair of knots along x, then along y, the even and the odd part of their polynomial (in place of
 // right and left).

@@ -48,6 +48,30 @@ static inline int pixel_near(float place, int count) {
   return (int)clamp(place, 0.0f, (float)count);
 }
 
+// Pixels whose centre lies in the footprint, and within a sixteenth of a pixel beside it against
+// rounding.
+static inline void find_pixels(const GatherPlane* plane, ProjectedSample* p) {
+  const float across = 1.0f / plane->pitch_x, down = -1.0f / plane->pitch_y;
+  p->left = pixel_near((p->centre_x - p->half_x) * across + 0.9375f, plane->nx);
+  p->columns = pixel_near((p->centre_x + p->half_x) * across + 1.0625f, plane->nx) - p->left;
+  p->top = pixel_near((p->centre_y + p->half_y) * down + 0.9375f, plane->ny);
+  p->rows = pixel_near((p->centre_y - p->half_y) * down + 1.0625f, plane->ny) - p->top;
+}
+
+// The chief ray's phase and direction, for a plane-wave sample. depth: from the plane.
+static inline void set_chief_wave(const GatherPlane* plane, DoubleSingle depth,
+                                  DoubleSingle tangent_x, DoubleSingle tangent_y,
+                                  ProjectedSample* p) {
+  const DoubleSingle rate = ds(plane->turns_hi, plane->turns_lo);
+  const DoubleSingle over_x = plane_wave_slant(tangent_x), over_y = plane_wave_slant(tangent_y);
+  p->turns = LANES_FIRST(
+      ds_turns(ds_times(ds_times(depth, rate), ds_plus(ds_plus(over_x, over_y), ds(1.0f, 0.0f)))));
+  put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &p->chief_x,
+      &p->chief_x_low);
+  put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &p->chief_y,
+      &p->chief_y_low);
+}
+
 __kernel void project_samples(__global const Sample* samples, int sample_count, Lattice lattice,
                               GatherPlane plane, __global ProjectedSample* projected, int stride,
                               __global int* footprints) {
@@ -120,7 +144,7 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   p.half_tangent_x = lattice.half_width / fabs(from_hologram);
   p.half_tangent_y = lattice.half_height / fabs(from_hologram);
 
-  // Its footprint, and the chief ray's phase and direction for plane-wave samples.
+  // Its footprint
   const FootprintAxis axis_x =
       footprint_axis(plane.cone_x, lattice.half_width, narrowed, p.half_tangent_x, plane.turns_hi,
                      plane.plane_wave_tail);
@@ -132,24 +156,8 @@ __kernel void project_samples(__global const Sample* samples, int sample_count, 
   p.plane_waves = p.path < 0 && is_plane_wave_sample(axis_x, axis_y, plane.plane_wave_spots);
   p.half_x = p.plane_waves ? axis_x.extent : axis_x.half_width;
   p.half_y = p.plane_waves ? axis_y.extent : axis_y.half_width;
-  if (p.plane_waves) {
-    const DoubleSingle rate = ds(plane.turns_hi, plane.turns_lo);
-    const DoubleSingle over_x = plane_wave_slant(tangent_x), over_y = plane_wave_slant(tangent_y);
-    p.turns = LANES_FIRST(ds_turns(
-        ds_times(ds_times(depth, rate), ds_plus(ds_plus(over_x, over_y), ds(1.0f, 0.0f)))));
-    put(ds_times(ds_over(tangent_x, ds_plus(over_x, ds(1.0f, 0.0f))), rate), &p.chief_x,
-        &p.chief_x_low);
-    put(ds_times(ds_over(tangent_y, ds_plus(over_y, ds(1.0f, 0.0f))), rate), &p.chief_y,
-        &p.chief_y_low);
-  }
-
-  // Pixels whose centre lies in the footprint, and within a sixteenth of a pixel beside it against
-  // rounding.
-  const float across = 1.0f / plane.pitch_x, down = -1.0f / plane.pitch_y;
-  p.left = pixel_near((p.centre_x - p.half_x) * across + 0.9375f, plane.nx);
-  p.columns = pixel_near((p.centre_x + p.half_x) * across + 1.0625f, plane.nx) - p.left;
-  p.top = pixel_near((p.centre_y + p.half_y) * down + 0.9375f, plane.ny);
-  p.rows = pixel_near((p.centre_y - p.half_y) * down + 1.0625f, plane.ny) - p.top;
+  if (p.plane_waves) set_chief_wave(&plane, depth, tangent_x, tangent_y, &p);
+  find_pixels(&plane, &p);
   projected[index] = p;
   footprints[index] = p.left;
   footprints[stride + index] = p.columns > 0 && p.rows > 0 ? p.left + p.columns - 1 : -1;

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // The field of a tile of the hologram, as the transform of a virtual plane leaves it. The last step
 // of compact propagation (docs/pipeline.md) makes the field of it:
-//   field = transform exp(2 pi i c / wavelength) / (bell(u) bell(v) nx ny),
+//   field = transform exp(2 pi i c / wavelength) / (window(u) window(v) nx ny),
 //   c = sqrt(z0^2 + u^2 + v^2).
 // A plane of samples before the hologram, z0 < 0, holds their mirror images through the hologram's
 // plane: the field is the conjugate of that with -z0.
@@ -25,8 +25,8 @@ typedef struct {
   const __global float* phase_y;   // Q
   const __global float* square_x;  // (u / z0)^2
   const __global float* square_y;  // (v / z0)^2
-  const __global float* share_x;   // 1 / (bell(u) nx)
-  const __global float* share_y;   // 1 / (bell(v) ny)
+  const __global float* share_x;   // 1 / (window(u) nx)
+  const __global float* share_y;   // 1 / (window(v) ny)
   float depth;
   float side;  // -1: z0 < 0; 1
 } Transformed;

@@ -76,6 +76,45 @@ typedef struct {
 
 #define OCCLUDER_CACHES 4
 
+#if RAYWAVE_ANTIALIAS
+// The light of the parts of a cell that a surface layer covers, as the mean in `radiance`, and the
+// sample moved to its centroid.
+static inline void light_of_parts(const SceneArrays* scene, const Lattice* lattice, int column,
+                                  int row, const Hit* hit, float dx, float dy, const Hits* parts,
+                                  int covered, const Cell* cell, float* radiance, Sample* sample) {
+  // Of all colours together: the sample is at the same place for each laser
+  floatv lights[PACKETS];
+  float sums[RAYWAVE_COLOURS];
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) sums[k] = 0.0f;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    const intv found = parts[packet].triangle >= 0;
+    Radiance of_parts;
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k) of_parts.of[k] = radiance[k];
+    lights[packet] = sum_of_colours(&of_parts);
+#if PARTS_DIFFER
+    if (!LANES_ANY(found)) continue;
+    const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
+    Surface part = surface_at(scene, &rays, parts + packet);
+    LOOK_FOR_LIGHTS(&part, light_place_of_part(packet, column, row));
+    uintv unused[LIT_WORDS];
+    of_parts = scattered(scene, &part, lattice, found, unused);
+    lights[packet] = sum_of_colours(&of_parts);
+#endif
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      sums[k] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), of_parts.of[k], found));
+  }
+  float light = 0.0f;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    radiance[k] = sums[k] / (float)covered;
+    light += sums[k];
+  }
+  const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
+  move_to_centroid(lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
+                   ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t,
+                   sample);
+}
+#endif
+
 // Adds the sample of a layer, found by `hit` of the ray with tangents (dx, dy). A sample stands for
 // its whole cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges
 // of objects, textures and shadows would move by up to half a cell. It shines from the centroid of
@@ -120,7 +159,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.nz = shaded->nz[lane];
 #endif
 
-  // Rays start on the outer side of a sheet only when normals roughly agree with its faces.
+  // Rays start on the outer side of a surface layer only when normals roughly agree with its faces.
   float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
   if (seen == SEEN_UNBROKEN)
     seen = fabs(dot(face, (float3)(sample.nx, sample.ny, sample.nz))) > STEEP ? VISIBILITY_ALL
@@ -141,38 +180,9 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) radiance[k] = shaded->radiance[k][lane];
 #if RAYWAVE_ANTIALIAS
   // Parts that differ in coverage only are not shaded.
-  if (PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS) {
-    // Of all colours together: the sample is at the same place for each laser
-    floatv lights[PACKETS];
-    float sums[RAYWAVE_COLOURS];
-    for (int k = 0; k < RAYWAVE_COLOURS; ++k) sums[k] = 0.0f;
-    for (int packet = 0; packet < PACKETS; ++packet) {
-      const intv found = parts[packet].triangle >= 0;
-      Radiance of_parts;
-      for (int k = 0; k < RAYWAVE_COLOURS; ++k) of_parts.of[k] = radiance[k];
-      lights[packet] = sum_of_colours(&of_parts);
-#if PARTS_DIFFER
-      if (!LANES_ANY(found)) continue;
-      const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
-      Surface part = surface_at(scene, &rays, parts + packet);
-      LOOK_FOR_LIGHTS(&part, light_place_of_part(packet, column, row));
-      uintv unused[LIT_WORDS];
-      of_parts = scattered(scene, &part, lattice, found, unused);
-      lights[packet] = sum_of_colours(&of_parts);
-#endif
-      for (int k = 0; k < RAYWAVE_COLOURS; ++k)
-        sums[k] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), of_parts.of[k], found));
-    }
-    float light = 0.0f;
-    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
-      radiance[k] = sums[k] / (float)covered;
-      light += sums[k];
-    }
-    const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
-    move_to_centroid(
-        lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
-        ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t, &sample);
-  }
+  if (PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS)
+    light_of_parts(scene, lattice, column, row, hit, dx, dy, parts, covered, cell, radiance,
+                   &sample);
 #else
   (void)parts;
 #endif

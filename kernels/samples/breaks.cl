@@ -76,7 +76,7 @@ static inline void mark(const Lattice* lattice, const float* x, const float* y, 
   const int first_row = (int)clamp(floor(bottom - BREAK_MARGIN), 0.0f, last_y),
             last_row = (int)clamp(floor(top + BREAK_MARGIN), 0.0f, last_y);
   for (int row = first_row; row <= last_row; ++row) {
-    // The part of the polygon in this row; what lies beyond the lattice counts as in its rim.
+    // The part of the polygon in this row; what lies beyond the lattice counts as in its edge.
     const float low = row == 0 ? -1e30f : (float)row - BREAK_MARGIN,
                 high = row == lattice->ny - 1 ? 1e30f : (float)(row + 1) + BREAK_MARGIN;
     float left = 1e30f, right = -1e30f;

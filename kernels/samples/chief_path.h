@@ -50,10 +50,10 @@ static inline void across(float3 direction, float3* first, float3* second) {
   *second = cross(direction, *first);
 }
 
-// Follows the ray with these tangents from the window's centre to a sheet; false where it does not
+// Follows the ray with these tangents from the window's centre to a surface layer; false where it does not
 // come there.
 CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
-                       const Sequence* sequence, const BundleSheet* sheet, float tangent_x,
+                       const Sequence* sequence, const BundleLayer* surface_layer, float tangent_x,
                        float tangent_y, ChiefPath* chief) {
   Followed f;
   Derivatives by;
@@ -62,10 +62,11 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   follow(scene, lattice, sequence, true, &f, &by);
   if (!LANES_ANY(f.found)) return false;
   const Hits hits =
-      meet_material(scene, sheet->material, lattice->layer_gap, lattice->reach, true, &f);
+      meet_material(scene, surface_layer->material, lattice->layer_gap, lattice->reach, true, &f);
   if (!LANES_ANY(f.found)) return false;
   const Vector source = vector_along(f.place, f.direction, hits.t);
-  if (!LANES_ANY(lies_on(scene, sheet, source, hits.triangle, lattice->layer_gap))) return false;
+  if (!LANES_ANY(lies_on(scene, surface_layer, source, hits.triangle, lattice->layer_gap)))
+    return false;
 
   chief->tangent_x = tangent_x;
   chief->tangent_y = tangent_y;

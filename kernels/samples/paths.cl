@@ -37,7 +37,7 @@
 #define LEAST_SHARE 1e-3f
 
 // Bundles that wait to be followed, at most; those beyond are left out. The last one is followed
-// first and adds two for each sheet that it meets
+// first and adds two for each surface layer that it meets
 #define MOST_WAITING (RAYWAVE_BOUNCES + 6)
 
 // Tangents of the rays through a packet's parts.
@@ -56,9 +56,66 @@ static inline void part_tangents(const Lattice* lattice, int column, int row, in
   *tangent_y = (LANES_TO_FLOAT((intv)(lattice->first_y + row)) + upwards) * lattice->step;
 }
 
-// Adds the sample of a sheet that shines.
-CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
-                     const Bundle* bundle, const Met* met, const Hits* claimed, PathCell* cell) {
+// The sample of a path: its virtual point.
+static inline Sample sample_of_path(const Lattice* lattice, const ChiefPath* chief, float radiance,
+                                    uint key, int parts_seen) {
+  const float depth = chief->distance / sqrt(1.0f + chief->tangent_x * chief->tangent_x +
+                                             chief->tangent_y * chief->tangent_y);
+  Sample sample;
+  sample.x = lattice->centre_x + chief->tangent_x * depth;
+  sample.y = lattice->centre_y + chief->tangent_y * depth;
+  sample.z = lattice->centre_z + depth;
+  sample.nx = chief->face.x;
+  sample.ny = chief->face.y;
+  sample.nz = chief->face.z;
+  sample.weight = depth / lattice->full_z;
+  sample.radiance = radiance;
+  sample.specular = 0.0f;
+  sample.shininess = 0.0f;
+  sample.tilt_x = chief->slope_x * depth;
+  sample.tilt_y = chief->slope_y * depth;
+  sample.tilt_z = -(sample.tilt_x * chief->tangent_x + sample.tilt_y * chief->tangent_y) - 1.0f;
+  sample.key = key;
+  sample.triangle = LANES_FIRST(chief->hits.triangle);
+  sample.hidden = parts_seen < VISIBILITY_ALL;
+  sample.profile = 0;
+  sample.path = -1;
+  return sample;
+}
+
+#if RAYWAVE_PATHS
+// Light of a path's source towards the path, highlights included; 0 where the material has none.
+static inline float own_light_of(const SceneArrays* scene, const Lattice* lattice,
+                                 const BundleLayer* surface_layer, const ChiefPath* chief,
+                                 uint key) {
+  __global const Material* material = scene->materials + surface_layer->material;
+  bool shines = false;
+#if RAYWAVE_HIGHLIGHTS > 0
+  shines = (material->kind & MATERIAL_METALLIC) != 0;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) shines |= material->specular[k] > 0.0f;
+#endif
+  (void)material;
+  if (!shines) return 0.0f;
+  const float3 toward = vector_first(chief->toward);
+  const Rays rays = {(floatv)(chief->source.x - toward.x * lattice->layer_gap),
+                     (floatv)(chief->source.y - toward.y * lattice->layer_gap),
+                     (floatv)(chief->source.z - toward.z * lattice->layer_gap),
+                     (floatv)(toward.x),
+                     (floatv)(toward.y),
+                     (floatv)(toward.z),
+                     (floatv)(0.0f),
+                     (floatv)(lattice->reach),
+                     LANES_INDEX >= 0};
+  Hits hits = chief->hits;
+  hits.t = lattice->layer_gap;
+  return LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)));
+}
+#endif
+
+// Adds the sample of a surface layer that shines.
+CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
+                     const BundleLayer* surface_layer, const Bundle* bundle, const Met* met,
+                     const Hits* claimed, PathCell* cell) {
   const Sequence* sequence = &bundle->sequence;
   uint keys[RAYWAVE_LANES];
   LANES_STORE(cell_key((intv)(lattice->first_x + cell->column),
@@ -79,7 +136,7 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
     floatv tangent_x, tangent_y;
     intv active;
     part_tangents(lattice, cell->column, cell->row, packet, &tangent_x, &tangent_y, &active);
-    const int lane = sheet->ray - packet * RAYWAVE_LANES;
+    const int lane = surface_layer->ray - packet * RAYWAVE_LANES;
     if (lane >= 0 && lane < RAYWAVE_LANES) {
       float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
       LANES_STORE(tangent_x, x);
@@ -106,41 +163,23 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
     }
   }
 
-  // The path through the centroid; where it misses the sheet, that of the ray which has found it
+  // The path through the centroid; where it misses the surface layer, that of the ray which has found it
   ChiefPath chief;
   const int free = sums[1][1] > 0.0f;
   if (!(sums[0][1] > 0.0f)) return;
-  bool is_found = find_chief(scene, lattice, cell, sequence, sheet, sums[free][2] / sums[free][1],
-                             sums[free][3] / sums[free][1], &chief);
+  bool is_found = find_chief(scene, lattice, cell, sequence, surface_layer,
+                             sums[free][2] / sums[free][1], sums[free][3] / sums[free][1], &chief);
   if (!is_found)
-    is_found = find_chief(scene, lattice, cell, sequence, sheet, finder_x, finder_y, &chief);
+    is_found =
+        find_chief(scene, lattice, cell, sequence, surface_layer, finder_x, finder_y, &chief);
   if (!is_found) return;
   const int kind = chief.first && free;
   uint visibility[VISIBILITY_WORDS];
   const int parts_seen = look_along(scene, lattice, sequence, &chief, visibility);
   if (parts_seen == 0) return;
 
-  const float depth = chief.distance / sqrt(1.0f + chief.tangent_x * chief.tangent_x +
-                                            chief.tangent_y * chief.tangent_y);
-  Sample sample;
-  sample.x = lattice->centre_x + chief.tangent_x * depth;
-  sample.y = lattice->centre_y + chief.tangent_y * depth;
-  sample.z = lattice->centre_z + depth;
-  sample.nx = chief.face.x;
-  sample.ny = chief.face.y;
-  sample.nz = chief.face.z;
-  sample.weight = depth / lattice->full_z;
-  sample.radiance = sums[kind][1] / (float)PARTS;
-  sample.specular = 0.0f;
-  sample.shininess = 0.0f;
-  sample.tilt_x = chief.slope_x * depth;
-  sample.tilt_y = chief.slope_y * depth;
-  sample.tilt_z = -(sample.tilt_x * chief.tangent_x + sample.tilt_y * chief.tangent_y) - 1.0f;
-  sample.key = keys[0];
-  sample.triangle = LANES_FIRST(chief.hits.triangle);
-  sample.hidden = parts_seen < VISIBILITY_ALL;
-  sample.profile = 0;
-  sample.path = -1;
+  Sample sample =
+      sample_of_path(lattice, &chief, sums[kind][1] / (float)PARTS, keys[0], parts_seen);
 
   const int slot = cell->count++;
   if (slot >= cell->slots) return;
@@ -152,30 +191,9 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   path.source[1] = chief.source.y;
   path.source[2] = chief.source.z;
 #if RAYWAVE_PATHS
-  __global const Material* material = scene->materials + sheet->material;
-  bool shines = false;
-#if RAYWAVE_HIGHLIGHTS > 0
-  shines = (material->kind & MATERIAL_METALLIC) != 0;
-  for (int k = 0; k < RAYWAVE_COLOURS; ++k) shines |= material->specular[k] > 0.0f;
-#endif
-  (void)material;
-  float own_light = 1.0f;
-  if (shines) {
-    const float3 toward = vector_first(chief.toward);
-    const Rays rays = {(floatv)(chief.source.x - toward.x * lattice->layer_gap),
-                       (floatv)(chief.source.y - toward.y * lattice->layer_gap),
-                       (floatv)(chief.source.z - toward.z * lattice->layer_gap),
-                       (floatv)(toward.x),
-                       (floatv)(toward.y),
-                       (floatv)(toward.z),
-                       (floatv)(0.0f),
-                       (floatv)(lattice->reach),
-                       LANES_INDEX >= 0};
-    Hits hits = chief.hits;
-    hits.t = lattice->layer_gap;
-    own_light = LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(sample.key)));
-    shines = own_light > 0.0f;
-  }
+  const float light = own_light_of(scene, lattice, surface_layer, &chief, sample.key);
+  const bool shines = light > 0.0f;
+  const float own_light = shines ? light : 1.0f;
   // The polynomial of the amplitude holds how the source turns.
   if (fit_path(scene, lattice, cell, sequence, &chief, sample.key, own_light, shines, &path)) {
     sample.tilt_x = sample.tilt_y = 0.0f;
@@ -189,32 +207,34 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice, const Bun
   cell->paths[slot] = path;
 }
 
-// Whether any part of the window sees a sheet along the sequence. Whatever lies behind one that
+// Whether any part of the window sees a surface layer along the sequence. Whatever lies behind one that
 // none sees is hidden too.
-CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
-                    const Bundle* bundle, const Met* met, const Hits* claimed,
-                    const PathCell* cell) {
+CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice,
+                    const BundleLayer* surface_layer, const Bundle* bundle, const Met* met,
+                    const Hits* claimed, const PathCell* cell) {
   for (int packet = 0; packet < PACKETS; ++packet)
     if (LANES_ANY((claimed[packet].triangle >= 0) & bundle->rays[packet].first &
                   (claimed[packet].t <= met->nearest[packet])))
       return true;
   floatv tangent_x, tangent_y;
   intv active;
-  part_tangents(lattice, cell->column, cell->row, sheet->ray / RAYWAVE_LANES, &tangent_x,
+  part_tangents(lattice, cell->column, cell->row, surface_layer->ray / RAYWAVE_LANES, &tangent_x,
                 &tangent_y, &active);
   float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
   LANES_STORE(tangent_x, x);
   LANES_STORE(tangent_y, y);
-  const int lane = sheet->ray % RAYWAVE_LANES;
+  const int lane = surface_layer->ray % RAYWAVE_LANES;
   ChiefPath chief;
   uint visibility[VISIBILITY_WORDS];
-  return find_chief(scene, lattice, cell, &bundle->sequence, sheet, x[lane], y[lane], &chief) &&
+  return find_chief(scene, lattice, cell, &bundle->sequence, surface_layer, x[lane], y[lane],
+                    &chief) &&
          look_along(scene, lattice, &bundle->sequence, &chief, visibility) > 0;
 }
 
-// Adds the bundles that go on from a sheet to those that wait.
-CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
-                        const Bundle* bundle, const Hits* claimed, Bundle* waiting, int* count) {
+// Adds the bundles that go on from a surface layer to those that wait.
+CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice,
+                        const BundleLayer* surface_layer, const Bundle* bundle, const Hits* claimed,
+                        Bundle* waiting, int* count) {
   for (int refracts = 0; refracts < 2; ++refracts) {
     if (*count >= MOST_WAITING) return;
     Bundle* next = waiting + *count;
@@ -232,7 +252,7 @@ CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice, const 
     }
     if (!(share >= LEAST_SHARE * (float)PARTS)) continue;
     next->sequence = bundle->sequence;
-    next->sequence.material[next->sequence.length] = sheet->material;
+    next->sequence.material[next->sequence.length] = surface_layer->material;
     next->sequence.refracts |= (uint)refracts << next->sequence.length;
     ++next->sequence.length;
     ++*count;
@@ -274,22 +294,22 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
     const Bundle bundle = waiting[--count];
     Met met;
     meet(&scene, &lattice, &bundle, &met);
-    // Rays that something stops before a sheet are no longer the first to meet it.
-    BundleSheet sheet;
-    while (next_sheet(&scene, &bundle, &met, &sheet)) {
+    // Rays that something stops before a surface layer are no longer the first to meet it.
+    BundleLayer surface_layer;
+    while (next_layer(&scene, &bundle, &met, &surface_layer)) {
       Hits claimed[PACKETS];
-      claim_sheet(&scene, &lattice, &sheet, &bundle, &met, claimed);
-      if (!is_seen(&scene, &lattice, &sheet, &bundle, &met, claimed, &cell)) continue;
-      __global const Material* material = scene.materials + sheet.material;
+      claim_layer(&scene, &lattice, &surface_layer, &bundle, &met, claimed);
+      if (!is_seen(&scene, &lattice, &surface_layer, &bundle, &met, claimed, &cell)) continue;
+      __global const Material* material = scene.materials + surface_layer.material;
       const float specular = material->reflectivity + material->transparency;
       const int length = bundle.sequence.length;
       if (length > 0 && specular < 1.0f)
-        add_path(&scene, &lattice, &sheet, &bundle, &met, claimed, &cell);
+        add_path(&scene, &lattice, &surface_layer, &bundle, &met, claimed, &cell);
       if (length < RAYWAVE_BOUNCES && specular > 0.0f) {
         Bundle stopped = bundle;
         for (int packet = 0; packet < PACKETS; ++packet)
           stopped.rays[packet].first &= claimed[packet].t <= met.nearest[packet];
-        add_bundles(&scene, &lattice, &sheet, &stopped, claimed, waiting, &count);
+        add_bundles(&scene, &lattice, &surface_layer, &stopped, claimed, waiting, &count);
       }
     }
   }

@@ -10,13 +10,13 @@
 #include "kernels/scene/bvh.h"
 
 #if RAYWAVE_BOUNCES > 0
-// Hits are of one sheet when the second lies within this slope of the plane of the first, and its
+// Hits are of one surface layer when the second lies within this slope of the plane of the first, and its
 // normal agrees.
-#define SHEET_SLOPE 0.5f
-#define SHEET_ALIKE 0.5f
+#define LAYER_SLOPE 0.5f
+#define LAYER_ALIKE 0.5f
 
 // From so many surfaces on, rays stop at the first hit, and all that they meet of one material is
-// one sheet: curved mirrors have spread them, and few carry much.
+// one surface layer: curved mirrors have spread them, and few carry much.
 #define FIRST_HITS_FROM 2
 
 // Rays of all parts of a cell after the surfaces of a sequence.
@@ -77,18 +77,18 @@ CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle*
   }
 }
 
-// A sheet of surface that rays of a bundle meet, as one of them does.
+// A surface layer that rays of a bundle meet, as one of them does.
 typedef struct {
   int material;
   float3 place;
   float3 normal;
   int ray;     // the part that it goes through
   bool whole;  // all that has the material
-} BundleSheet;
+} BundleLayer;
 
-// The first hit that no sheet has claimed: nearer layers first. False where there is none.
-static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, const Met* met,
-                              BundleSheet* sheet) {
+// The first hit that no surface layer has claimed: nearer layers first. False where there is none.
+static inline bool next_layer(const SceneArrays* scene, const Bundle* bundle, const Met* met,
+                              BundleLayer* surface_layer) {
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int packet = 0; packet < PACKETS; ++packet) {
       const Layers* layers = met->layers + packet;
@@ -103,11 +103,11 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
       LANES_STORE(at.z, z);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
         if (triangle[lane] < 0) continue;
-        sheet->material = scene->tree.triangles[triangle[lane]].material;
-        sheet->place = (float3)(x[lane], y[lane], z[lane]);
-        sheet->normal = normalize(triangle_cross(&scene->tree, triangle[lane]));
-        sheet->ray = packet * RAYWAVE_LANES + lane;
-        sheet->whole = bundle->sequence.length >= FIRST_HITS_FROM;
+        surface_layer->material = scene->tree.triangles[triangle[lane]].material;
+        surface_layer->place = (float3)(x[lane], y[lane], z[lane]);
+        surface_layer->normal = normalize(triangle_cross(&scene->tree, triangle[lane]));
+        surface_layer->ray = packet * RAYWAVE_LANES + lane;
+        surface_layer->whole = bundle->sequence.length >= FIRST_HITS_FROM;
         return true;
       }
     }
@@ -115,10 +115,10 @@ static inline bool next_sheet(const SceneArrays* scene, const Bundle* bundle, co
   return false;
 }
 
-// Mask of hits that lie on a sheet.
-static inline intv lies_on(const SceneArrays* scene, const BundleSheet* sheet, Vector at,
+// Mask of hits that lie on a surface layer.
+static inline intv lies_on(const SceneArrays* scene, const BundleLayer* surface_layer, Vector at,
                            intv triangle, float gap) {
-  if (sheet->whole) return hits_material(scene, triangle, sheet->material);
+  if (surface_layer->whole) return hits_material(scene, triangle, surface_layer->material);
   float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
   int triangles[RAYWAVE_LANES], lies[RAYWAVE_LANES];
   LANES_STORE(triangle, triangles);
@@ -127,19 +127,21 @@ static inline intv lies_on(const SceneArrays* scene, const BundleSheet* sheet, V
   LANES_STORE(at.z, z);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     lies[lane] = 0;
-    if (triangles[lane] < 0 || scene->tree.triangles[triangles[lane]].material != sheet->material)
+    if (triangles[lane] < 0 ||
+        scene->tree.triangles[triangles[lane]].material != surface_layer->material)
       continue;
     const float3 normal = normalize(triangle_cross(&scene->tree, triangles[lane])),
-                 off = (float3)(x[lane], y[lane], z[lane]) - sheet->place;
-    lies[lane] = fabs(dot(normal, sheet->normal)) > SHEET_ALIKE &&
-                 fabs(dot(off, sheet->normal)) <= SHEET_SLOPE * length(off) + gap;
+                 off = (float3)(x[lane], y[lane], z[lane]) - surface_layer->place;
+    lies[lane] = fabs(dot(normal, surface_layer->normal)) > LAYER_ALIKE &&
+                 fabs(dot(off, surface_layer->normal)) <= LAYER_SLOPE * length(off) + gap;
   }
   return LANES_LOAD(lies) != 0;
 }
 
-// Removes a sheet's hits from those of a bundle, one for each ray.
-CALLED void claim_sheet(const SceneArrays* scene, const Lattice* lattice, const BundleSheet* sheet,
-                        const Bundle* bundle, Met* met, Hits* claimed) {
+// Removes a surface layer's hits from those of a bundle, one for each ray.
+CALLED void claim_layer(const SceneArrays* scene, const Lattice* lattice,
+                        const BundleLayer* surface_layer, const Bundle* bundle, Met* met,
+                        Hits* claimed) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;
     Layers* layers = met->layers + packet;
@@ -150,7 +152,7 @@ CALLED void claim_sheet(const SceneArrays* scene, const Lattice* lattice, const 
       const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
       if (!LANES_ANY(open)) continue;
       const intv take =
-          open & lies_on(scene, sheet, vector_along(f->place, f->direction, layers->t[i]),
+          open & lies_on(scene, surface_layer, vector_along(f->place, f->direction, layers->t[i]),
                          LANES_SELECT((intv)(-1), layers->triangle[i], open), lattice->layer_gap);
       hits.t = LANES_SELECT(hits.t, layers->t[i], take);
       hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);

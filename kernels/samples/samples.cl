@@ -63,7 +63,7 @@ CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int 
 // coverage.
 CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, const Breaks* breaks,
                              int first, int row, const Layers* centres, int* whole) {
-  // A ray through an edge may meet both triangles of a sheet: rays through the parts tell.
+  // A ray through an edge may meet both triangles of a surface layer: rays through the parts tell.
   intv twice = 0;
   for (int i = 0; i + 1 < BVH_LAYERS; ++i)
     twice |= (centres->triangle[i + 1] >= 0) &
@@ -235,7 +235,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   bvh_layers(&scene.tree, &centres, &first_centres);
 #if RAYWAVE_ANTIALIAS
   Layers parts[PACKETS];
-  floatv from[PACKETS], rims[PACKETS];
+  floatv from[PACKETS], edges[PACKETS];
 #if CELLS_OF_PACKET > 1
   Layers shared_parts = parts[0];
   floatv shared_from = 0.0f;
@@ -329,7 +329,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
 #endif
       }
       if (!whole[lane])
-        find_rims(&scene, &lattice, parts, layers, lane, column, row, cell.packet_column, rims);
+        find_edges(&scene, &lattice, parts, layers, lane, column, row, cell.packet_column, edges);
 #endif
       // Hits of the centre ray, then those of parts that belong to none of them
       for (int layer = 0;; ++layer) {
@@ -357,8 +357,9 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
         int covered = PARTS;
 #if RAYWAVE_ANTIALIAS
         if (!whole[lane]) {
-          const Sheet sheet = sheet_of(&scene, &lattice, &hit, dx, dy, cell.packet_column, row);
-          covered = claim(&scene, &lattice, parts, rims, &sheet, claimed);
+          const SurfaceLayer surface_layer =
+              surface_layer_of(&scene, &lattice, &hit, dx, dy, cell.packet_column, row);
+          covered = claim(&scene, &lattice, parts, edges, &surface_layer, claimed);
         }
 #endif
         const bool is_known = of_centre && !again;

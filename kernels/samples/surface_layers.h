@@ -45,31 +45,35 @@ typedef struct {
   bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
   float3 at, normal;       // for steep layers only
   int packet_column, row;  // of the parts' rays
-} Sheet;
+} SurfaceLayer;
 
 // hit: of the ray with tangents (dx, dy)
-static inline Sheet sheet_of(const SceneArrays* scene, const Lattice* lattice, const Hit* hit,
-                             float dx, float dy, int packet_column, int row) {
-  Sheet sheet;
-  sheet.t = hit->t;
-  sheet.reach = layer_reach(lattice, hit->t);
-  sheet.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
-  sheet.steep = fabs(sheet.normal.x * dx + sheet.normal.y * dy + sheet.normal.z) < STEEP;
+static inline SurfaceLayer surface_layer_of(const SceneArrays* scene, const Lattice* lattice,
+                                            const Hit* hit, float dx, float dy, int packet_column,
+                                            int row) {
+  SurfaceLayer surface_layer;
+  surface_layer.t = hit->t;
+  surface_layer.reach = layer_reach(lattice, hit->t);
+  surface_layer.normal = normalize(triangle_cross(&scene->tree, hit->triangle));
+  surface_layer.steep = fabs(surface_layer.normal.x * dx + surface_layer.normal.y * dy +
+                             surface_layer.normal.z) < STEEP;
   const float depth = hit->t + (lattice->near_z - lattice->eye_z);
-  sheet.at =
+  surface_layer.at =
       (float3)(lattice->eye_x + depth * dx, lattice->eye_y + depth * dy, lattice->eye_z + depth);
-  sheet.packet_column = packet_column;
-  sheet.row = row;
-  return sheet;
+  surface_layer.packet_column = packet_column;
+  surface_layer.row = row;
+  return surface_layer;
 }
 
 // Mask of the hits of a packet's rays that belong to a layer: those at about the same distance and,
 // for a steep layer, those in the same plane.
-static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, const Sheet* sheet,
-                           int packet, floatv t, intv triangle) {
-  const intv near = fabs(t - sheet->t) < sheet->reach, far = (triangle >= 0) & !near;
-  if (!sheet->steep || !LANES_ANY(far)) return near;
-  const Rays rays = part_rays(lattice, sheet->packet_column, sheet->row, packet, LANES_INDEX >= 0);
+static inline intv belongs(const SceneArrays* scene, const Lattice* lattice,
+                           const SurfaceLayer* surface_layer, int packet, floatv t, intv triangle) {
+  const intv near = fabs(t - surface_layer->t) < surface_layer->reach,
+             far = (triangle >= 0) & !near;
+  if (!surface_layer->steep || !LANES_ANY(far)) return near;
+  const Rays rays = part_rays(lattice, surface_layer->packet_column, surface_layer->row, packet,
+                              LANES_INDEX >= 0);
   float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
   int candidate[RAYWAVE_LANES], same[RAYWAVE_LANES];
   LANES_STORE(rays.ox + t * rays.dx, x);
@@ -80,14 +84,16 @@ static inline intv belongs(const SceneArrays* scene, const Lattice* lattice, con
     same[lane] = 0;
     if (candidate[lane] < 0) continue;
     const float3 normal = normalize(triangle_cross(&scene->tree, candidate[lane]));
-    const float off = dot(sheet->normal, (float3)(x[lane], y[lane], z[lane]) - sheet->at);
-    same[lane] = fabs(dot(sheet->normal, normal)) > ALIKE && fabs(off) < 0.25f * sheet->reach;
+    const float off =
+        dot(surface_layer->normal, (float3)(x[lane], y[lane], z[lane]) - surface_layer->at);
+    same[lane] = fabs(dot(surface_layer->normal, normal)) > ALIKE &&
+                 fabs(off) < 0.25f * surface_layer->reach;
   }
   return near | (LANES_LOAD(same) != 0);
 }
 
 #if RAYWAVE_ALPHA == ALPHA_BLEND
-// Mask of the hits of surfaces that are there with a probability. They are no rims: whether they
+// Mask of the hits of surfaces that are there with a probability. They are no edges: whether they
 // hide something is for the rays to the hologram to find out, which are many.
 static inline intv is_blended(const SceneArrays* scene, intv triangle) {
   int number[RAYWAVE_LANES], blended[RAYWAVE_LANES];
@@ -102,49 +108,49 @@ static inline intv is_blended(const SceneArrays* scene, intv triangle) {
 }
 #endif
 
-// Nearest hits of the parts' rays that belong to no layer of the centre ray: the rim of an object
+// Nearest hits of the parts' rays that belong to no layer of the centre ray: the edge of an object
 // that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
 // layer behind cannot know from the centre ray.
-CALLED void find_rims(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
-                      const Layers* centre, int lane, int column, int row, int packet_column,
-                      floatv* rims) {
-  Sheet sheets[BVH_LAYERS];
+CALLED void find_edges(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
+                       const Layers* centre, int lane, int column, int row, int packet_column,
+                       floatv* edges) {
+  SurfaceLayer surface_layers[BVH_LAYERS];
   int count = 0;
   const float dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
               dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
   for (int j = 0; j < BVH_LAYERS; ++j) {
     const Hit hit = hit_of_lane(centre, j, lane);
     if (hit.triangle >= 0)
-      sheets[count++] = sheet_of(scene, lattice, &hit, dx, dy, packet_column, row);
+      surface_layers[count++] = surface_layer_of(scene, lattice, &hit, dx, dy, packet_column, row);
   }
-  for (int packet = 0; packet < PACKETS; ++packet) rims[packet] = lattice->reach;
+  for (int packet = 0; packet < PACKETS; ++packet) edges[packet] = lattice->reach;
   for (int i = 0; i < BVH_LAYERS; ++i) {
     for (int packet = 0; packet < PACKETS; ++packet) {
       const floatv t = parts[packet].t[i];
-      intv rim = (parts[packet].triangle[i] >= 0) & (t < rims[packet]);
+      intv edge = (parts[packet].triangle[i] >= 0) & (t < edges[packet]);
 #if RAYWAVE_ALPHA == ALPHA_BLEND
-      rim &= !is_blended(scene, parts[packet].triangle[i]);
+      edge &= !is_blended(scene, parts[packet].triangle[i]);
 #endif
-      for (int j = 0; j < count && LANES_ANY(rim); ++j)
-        rim &= !belongs(scene, lattice, sheets + j, packet, t,
-                        LANES_SELECT((intv)(-1), parts[packet].triangle[i], rim));
-      rims[packet] = LANES_SELECT(rims[packet], t, rim);
+      for (int j = 0; j < count && LANES_ANY(edge); ++j)
+        edge &= !belongs(scene, lattice, surface_layers + j, packet, t,
+                         LANES_SELECT((intv)(-1), parts[packet].triangle[i], edge));
+      edges[packet] = LANES_SELECT(edges[packet], t, edge);
     }
   }
 }
 
 // Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
-// behind no rim.
+// behind no edge.
 CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
-                 const floatv* rims, const Sheet* sheet, Hits* claimed) {
+                 const floatv* edges, const SurfaceLayer* surface_layer, Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
     Layers* layers = parts + packet;
-    Hits hits = {(floatv)(sheet->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
+    Hits hits = {(floatv)(surface_layer->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
     for (int i = 0; i < BVH_LAYERS; ++i) {
       const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
       if (!LANES_ANY(open)) continue;
-      const intv take = open & belongs(scene, lattice, sheet, packet, layers->t[i],
+      const intv take = open & belongs(scene, lattice, surface_layer, packet, layers->t[i],
                                        LANES_SELECT((intv)(-1), layers->triangle[i], open));
       hits.t = LANES_SELECT(hits.t, layers->t[i], take);
       hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
@@ -152,7 +158,7 @@ CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts
       hits.v = LANES_SELECT(hits.v, layers->v[i], take);
       layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
     }
-    hits.triangle = LANES_SELECT(hits.triangle, (intv)(-1), hits.t > rims[packet]);
+    hits.triangle = LANES_SELECT(hits.triangle, (intv)(-1), hits.t > edges[packet]);
     count += LANES_SELECT((intv)(0), (intv)(1), hits.triangle >= 0);
     claimed[packet] = hits;
   }

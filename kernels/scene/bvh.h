@@ -311,8 +311,8 @@ BVH_INLINE void bvh_traverse_instance(const Tree* tree, __global const Instance*
   // Children still to be visited. Only a node with two inner children pushes, and it pushes one of
   // them. The stack therefore holds at most one child of each node on the path from the root: fewer
   // than Bvh::depth.
-  int waiting_node[BVH_MOST_DEPTH];
-  floatv waiting_enter[BVH_MOST_DEPTH];
+  int waiting_node[RAYWAVE_BVH_DEPTH];
+  floatv waiting_enter[RAYWAVE_BVH_DEPTH];
   int waiting = 0;
   int place = instance->root;
   for (;;) {

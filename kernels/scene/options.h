@@ -10,6 +10,12 @@
 #define RAYWAVE_COLOURS 1
 #endif
 
+// Nodes from the root of a tree to its deepest leaf, at most. Scenes take the default, and share
+// their kernels; tests of trees set it
+#ifndef RAYWAVE_BVH_DEPTH
+#define RAYWAVE_BVH_DEPTH 64
+#endif
+
 // Number of lights besides ambient ones, 0 or more
 #ifndef RAYWAVE_LIGHTS
 #define RAYWAVE_LIGHTS 1
@@ -68,11 +74,9 @@
 #define RAYWAVE_SHADOWS 0
 #endif
 
-// No option: nodes from the root of a tree to its deepest leaf, at most
-#define BVH_MOST_DEPTH 64
-
 #define RAYWAVE_SCENE_OPTIONS(OPTION)        \
   OPTION(colours, RAYWAVE_COLOURS)           \
+  OPTION(bvh_depth, RAYWAVE_BVH_DEPTH)       \
   OPTION(lights, RAYWAVE_LIGHTS)             \
   OPTION(highlights, RAYWAVE_HIGHLIGHTS)     \
   OPTION(light_places, RAYWAVE_LIGHT_PLACES) \

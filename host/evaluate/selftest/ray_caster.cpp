@@ -38,14 +38,15 @@ DeviceTree upload(const cl::Device& device, const Bvh& bvh) {
           {device, std::vector{instance_at_rest()}, "instances"}};
 }
 
-RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh)
-    : RayCaster(device, lanes, upload(device, bvh)) {}
+RayCaster::RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth)
+    : RayCaster(device, lanes, upload(device, bvh), depth) {}
 
-RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree)
+RayCaster::RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth)
     : device_(device),
       lanes_(static_cast<std::size_t>(lanes)),
-      program_(device, "kernels/instruments/intersect.cl",
-               {{option::lanes, std::to_string(lanes)}}),
+      program_(
+          device, "kernels/instruments/intersect.cl",
+          {{option::lanes, std::to_string(lanes)}, {option::bvh_depth, std::to_string(depth)}}),
       tree_(std::move(tree)) {}
 
 std::vector<reference::Hit> RayCaster::nearest(std::span<const reference::Ray> rays) {

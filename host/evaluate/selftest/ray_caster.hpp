@@ -19,8 +19,9 @@ DeviceTree upload(const cl::Device& device, const Bvh& bvh);
 class RayCaster {
 public:
   /// lanes  1, 4, 8 or 16
-  RayCaster(const cl::Device& device, int lanes, const Bvh& bvh);
-  RayCaster(const cl::Device& device, int lanes, DeviceTree tree);
+  /// depth  of the device's stack, at least the tree's
+  RayCaster(const cl::Device& device, int lanes, const Bvh& bvh, int depth = 32);
+  RayCaster(const cl::Device& device, int lanes, DeviceTree tree, int depth = 32);
 
   /// Hits as the device found them (t_uncertainty stays 0); a miss has t = t_max. Rays are rounded
   /// to float.
