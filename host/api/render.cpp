@@ -53,15 +53,6 @@ raywave::RenderOptions options_of(const RenderOptions& options, const Opened& op
   return how;
 }
 
-/// The plan of one wavelength, or of three lasers.
-std::vector<Planned> planned_lasers(const std::vector<raywave::Scene>& scenes, const World& world,
-                                    const DeviceFigures& figures, const raywave::Goal& goal) {
-  if (scenes.size() > 1) return plan_colours(scenes, world, figures, goal);
-  std::vector<Planned> all;
-  all.push_back(plan_scene(scenes.front(), world, figures, goal));
-  return all;
-}
-
 /// The scenes with what a goal leaves to the planner, and notes for the user.
 std::vector<raywave::Scene> planned(const Scene::State& scene, const World& world,
                                     const RenderOptions& options, const cl::DeviceInfo& device,
@@ -72,7 +63,7 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
     throw InputError("preset, budget and psnr plan method \"wrp\" alone");
   if (scene.is_planned)
     throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
-  auto all = planned_lasers(scene.scenes, world, figures_of(device), goal);
+  auto all = plan_scenes(scene.scenes, world, figures_of(device), goal);
   warnings = std::move(all.front().warnings);
   std::vector<raywave::Scene> scenes;
   for (auto& one : all) scenes.push_back(std::move(one.scene));
@@ -89,6 +80,8 @@ void append(FieldStack& all, FieldStack field) {
   all.samples.insert(all.samples.end(), field.samples.begin(), field.samples.end());
 }
 
+std::string text_of(const nlohmann::ordered_json& report) { return report.dump(2) + "\n"; }
+
 /// warnings  of the plan, for the user
 Hologram hologram_of(const std::vector<raywave::Scene>& scenes, ColourResult result,
                      const Opened& opened, const std::vector<std::string>& warnings) {
@@ -102,10 +95,11 @@ Hologram hologram_of(const std::vector<raywave::Scene>& scenes, ColourResult res
       files.push_back(files_of_laser(laser, !laser.field.samples.empty(), false));
   }
   for (std::size_t i = 0; i < scenes.size(); ++i)
-    state->lasers[i].report = render_report_json(scenes[i], result.lasers[i], device, opened.fft);
+    state->lasers[i].report =
+        text_of(render_report_json(scenes[i], result.lasers[i], device, opened.fft));
   if (scenes.size() > 1) {
     state->colour = scenes.front().colour.value().lasers;
-    state->report = colour_report_json(scenes, result, files, device, opened.fft);
+    state->report = text_of(colour_report_json(scenes, result, files, device, opened.fft));
   } else {
     state->report = state->lasers.front().report;
   }
@@ -173,14 +167,13 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   DeviceFigures figures;
   if (!device.empty() || !cl::list_devices().empty()) figures = figures_of(device_info(device));
   const auto world = scene.state().world();
-  auto planned = planned_lasers(scene.state().scenes, world, figures, wanted);
+  auto planned = plan_scenes(scene.state().scenes, world, figures, wanted);
   auto chosen = std::make_shared<Scene::State>(scene.state());
   chosen->scenes.clear();
   for (const auto& laser : planned) chosen->scenes.push_back(laser.scene);
   chosen->is_planned = true;
   const bool is_colour = planned.size() > 1;
-  auto text = is_colour ? colour_plan_text(planned, world) : plan_report_text(planned[0], world),
-       json = is_colour ? colour_plan_json(planned, world) : plan_report_json(planned[0], world);
+  auto text = plan_report_text(planned, world), json = text_of(plan_report_json(planned, world));
   auto warnings = planned[0].warnings;
   if (is_colour)
     if (auto warning = colour_warning(chosen->scenes, world); !warning.empty())

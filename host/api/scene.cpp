@@ -8,7 +8,7 @@
 #include "host/api/state.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/report.hpp"
+#include "host/scene/scene_json.hpp"
 
 namespace raywave::v0 {
 namespace {
@@ -171,10 +171,8 @@ std::size_t Scene::objects() const { return state_->scene().objects.size(); }
 std::vector<std::string> Scene::notes() const { return state_->scene().notes; }
 
 std::string Scene::json() const {
-  auto text = scene_json(state_->scene());
-  if (state_->scenes.size() == 1) return text;
-  auto json = nlohmann::ordered_json::parse(text);
-  json["hologram"]["wavelength_m"] = wavelengths_m();
+  auto json = json_of(state_->scene());
+  if (state_->scenes.size() > 1) json["hologram"]["wavelength_m"] = wavelengths_m();
   return json.dump();
 }
 

@@ -25,6 +25,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/scene/scene_json.hpp"
 #include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
@@ -84,7 +85,7 @@ std::string keys_of(Scene scene) {
   for (auto& object : scene.objects) object.mesh.clear();
   for (auto& light : scene.lights) light.picture.clear();
   for (auto& material : scene.materials) material.texture.reset();
-  return scene_json(scene);
+  return json_of(scene).dump();
 }
 
 /// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest.
@@ -95,11 +96,7 @@ std::vector<Scene> scenes_for(const Goal& goal, std::vector<Scene> scenes, const
   const auto world = build_world(scenes[0]);
   if (goal.any()) {
     const auto figures = figures_of(device.info());
-    std::vector<Planned> planned;
-    if (is_colour)
-      planned = plan_colours(scenes, world, figures, goal, false);
-    else
-      planned.push_back(plan_scene(scenes[0], world, figures, goal, false));
+    auto planned = plan_scenes(scenes, world, figures, goal, false);
     for (const auto& warning : planned[0].warnings) report.note(warning);
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
@@ -135,7 +132,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     json = json_of(0);
   } else {
     auto& colour = json["colour"];
-    colour = nlohmann::ordered_json::parse(colour_json(scene.colour.value()));
+    colour = colour_json(scene.colour.value());
     for (std::size_t i = 0; i < names.size(); ++i) {
       auto& laser = colour["lasers"][i];
       laser["duty"] = 1.0 / static_cast<double>(names.size());

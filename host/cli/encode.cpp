@@ -64,7 +64,7 @@ void encode_lasers(const EncodeArguments& options, const ReportedLasers& reporte
   OutputSet out(options.out);
   nlohmann::ordered_json report;
   auto& colour = report["colour"];
-  colour = nlohmann::ordered_json::parse(colour_json({reported.lasers}));
+  colour = colour_json({reported.lasers});
   const auto encoding = lasers[0].panel->slm().encoding;
   std::vector<double> energies, needs;
   for (const auto& laser : lasers) {

@@ -3,11 +3,11 @@
 
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/trace/tuning.hpp"
 
@@ -29,15 +29,8 @@ DeviceFigures figures(const DeviceOptions& options) {
 
 void run_plan(const PlanArguments& options) {
   const auto scenes = options.scene.load_all(options.report);
-  const auto& scene = scenes[0];
-  const auto world = build_world(scene);
-  if (scenes.size() > 1) {
-    const auto planned = plan_colours(scenes, world, figures(options.device), options.goal.goal());
-    if (options.report.prints_text()) std::fputs(colour_plan_text(planned, world).c_str(), stdout);
-    options.report.write(colour_plan_json(planned, world));
-    return;
-  }
-  const auto planned = plan_scene(scene, world, figures(options.device), options.goal.goal());
+  const auto world = build_world(scenes[0]);
+  const auto planned = plan_scenes(scenes, world, figures(options.device), options.goal.goal());
   if (options.report.prints_text()) std::fputs(plan_report_text(planned, world).c_str(), stdout);
   options.report.write(plan_report_json(planned, world));
 }

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <filesystem>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <string>
 #include <vector>
 
@@ -111,10 +112,10 @@ void print_table(const ColourQualityResult& result, const QualitySpec& spec) {
 
 /// Writes the contact sheet and the figures.
 std::string write_files(const QualityArguments& options, const ColourPicture& sheet,
-                        const std::string& json) {
+                        const nlohmann::ordered_json& json) {
   const std::filesystem::path out(options.out);
   save_png_rgb(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
-  write_text(out / "quality.json", json);
+  write_text(out / "quality.json", json.dump(2) + "\n");
   return (out / "quality.png").string();
 }
 

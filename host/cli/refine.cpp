@@ -199,7 +199,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   const auto world = build_world(scenes[0]);
   std::vector<std::string> notes;
   if (const auto goal = options.goal.goal(); goal.any()) {
-    auto planned = plan_colours(scenes, world, figures_of(device.info()), goal);
+    auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
     notes = std::move(planned[0].warnings);
   }
@@ -211,11 +211,10 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     work.powers = rendered.powers;
     std::vector<LaserFiles> files;
     for (const auto& laser : rendered.lasers) files.push_back(files_of_laser(laser, false, true));
-    work.report = Json::parse(colour_report_json(scenes, rendered, files, device.info(), how.fft));
+    work.report = colour_report_json(scenes, rendered, files, device.info(), how.fft);
   } else {
     rendered.lasers.push_back(render(device, scenes[0], world, how));
-    work.report =
-        Json::parse(render_report_json(scenes[0], rendered.lasers[0], device.info(), how.fft));
+    work.report = render_report_json(scenes[0], rendered.lasers[0], device.info(), how.fft);
   }
   for (const auto& laser : rendered.lasers) add_lines(notes, laser.notes);
   for (const auto& note : notes) options.report.note(note);
@@ -370,8 +369,7 @@ void run_refine(const RefineArguments& options) {
     const auto name = "refined" + work.suffix_of(i) + ".npy";
     save_npy(out.folder() / name, phases.nx, phases.ny, phases.frames, phases.samples);
     out.add(name);
-    work.report_of(i)["refine"].update(
-        Json::parse(refinement_json(task.figures, task.refined.figures)));
+    work.report_of(i)["refine"].update(refinement_json(task.figures, task.refined.figures));
   }
   for (const auto& name : pictures) out.add(name);
   if (is_field) work.report["pictures"] = pictures;

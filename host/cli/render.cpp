@@ -106,7 +106,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
     bar.show("meshes", 0);
     const auto world = build_world(scenes[0]);
     if (const auto goal = options.goal.goal(); goal.any()) {
-      auto planned = plan_colours(scenes, world, figures_of(device.info()), goal, how.keep_field);
+      auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
       for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
       notes = std::move(planned[0].warnings);
     }
@@ -138,8 +138,7 @@ void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
   }
   for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
     out.add(save_rgb(out.folder(), frame, result));
-  const auto report = out.finish(nlohmann::ordered_json::parse(
-      colour_report_json(scenes, result, files, device.info(), how.fft)));
+  const auto report = out.finish(colour_report_json(scenes, result, files, device.info(), how.fft));
 
   if (options.report.prints_text()) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -184,9 +183,9 @@ void run_render(const RenderArguments& options) {
     if (goal.any()) {
       bar.show("plan", 0);
       const auto world = build_world(scene);
-      auto planned = plan_scene(scene, world, figures_of(device.info()), goal, how.keep_field);
-      scene = std::move(planned.scene);
-      warnings = std::move(planned.warnings);
+      auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
+      scene = std::move(planned[0].scene);
+      warnings = std::move(planned[0].warnings);
       result = render(device, scene, world, how);
     } else {
       result = render(device, scene, how);
@@ -212,8 +211,7 @@ void run_render(const RenderArguments& options) {
   for (std::size_t i = 0; i < result.wrps.size(); ++i)
     save_field((result.plan.compact ? "virtual_plane_" : "wrp_") + std::to_string(i + 1) + ".npy",
                result.wrps[i]);
-  const auto report = out.finish(
-      nlohmann::ordered_json::parse(render_report_json(scene, result, device.info(), how.fft)));
+  const auto report = out.finish(render_report_json(scene, result, device.info(), how.fft));
 
   if (options.report.prints_text()) {
     std::printf("%d x %d hologram%s in %s on %s\n", result.plan.size.x, result.plan.size.y,

@@ -169,9 +169,9 @@ ColourPicture contact_sheet(const ColourQualityResult& result) {
   return sheet;
 }
 
-std::string colour_quality_json(const std::vector<Scene>& scenes, const ColourQualityResult& result,
-                                const cl::DeviceInfo& device, const RenderOptions& how,
-                                const QualitySpec& what) {
+Json colour_quality_json(const std::vector<Scene>& scenes, const ColourQualityResult& result,
+                         const cl::DeviceInfo& device, const RenderOptions& how,
+                         const QualitySpec& what) {
   constexpr const char* methods[] = {"wrp", "points", "rays"};
   const auto& first = result.render.lasers.at(0);
   Json json{{"method", methods[static_cast<int>(how.method)]},
@@ -193,8 +193,8 @@ std::string colour_quality_json(const std::vector<Scene>& scenes, const ColourQu
   }
   json["seconds"] = result.seconds;
   std::vector<LaserFiles> none(scenes.size());
-  json["render"] = Json::parse(colour_report_json(scenes, result.render, none, device, how.fft));
-  return json.dump(2) + "\n";
+  json["render"] = colour_report_json(scenes, result.render, none, device, how.fft);
+  return json;
 }
 
 }  // namespace raywave

@@ -46,8 +46,9 @@ ColourQualityResult assess_colours(const cl::Device& device, const std::vector<S
 ColourPicture contact_sheet(const ColourQualityResult& result);
 
 /// All figures as JSON, with colour_report_json as "render".
-std::string colour_quality_json(const std::vector<Scene>& scenes, const ColourQualityResult& result,
-                                const cl::DeviceInfo& device, const RenderOptions& how,
-                                const QualitySpec& what);
+nlohmann::ordered_json colour_quality_json(const std::vector<Scene>& scenes,
+                                           const ColourQualityResult& result,
+                                           const cl::DeviceInfo& device, const RenderOptions& how,
+                                           const QualitySpec& what);
 
 }  // namespace raywave

@@ -27,18 +27,6 @@ double most_negative(const LaserSet& lasers, std::size_t laser) {
   return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
 }
 
-Json json_of_colour(const ColourSpec& colour) {
-  Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
-  for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
-    const auto row = colour.lasers.row(i);
-    j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
-                           {"white_power", colour.lasers.white_powers[i]},
-                           {"from_rgb", {row.x, row.y, row.z}},
-                           {"most_clipped", most_negative(colour.lasers, i)}});
-  }
-  return j;
-}
-
 std::string millimetres(glm::dvec2 half_m) {
   return number_text(std::round(half_m.x * 2e4) / 10) + " x " +
          number_text(std::round(half_m.y * 2e4) / 10) + " mm";
@@ -53,7 +41,17 @@ std::string share_text(double share) {
 
 }  // namespace
 
-std::string colour_json(const ColourSpec& colour) { return json_of_colour(colour).dump(); }
+Json colour_json(const ColourSpec& colour) {
+  Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
+  for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
+    const auto row = colour.lasers.row(i);
+    j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
+                           {"white_power", colour.lasers.white_powers[i]},
+                           {"from_rgb", {row.x, row.y, row.z}},
+                           {"most_clipped", most_negative(colour.lasers, i)}});
+  }
+  return j;
+}
 
 LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined) {
   const auto name = laser_name(laser.plan.wavelength_m);
@@ -76,11 +74,11 @@ glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m
   return field;
 }
 
-std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                               const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
-                               cl::FftBackend fft) {
+Json colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
+                        const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                        cl::FftBackend fft) {
   Json j{{"raywave", version}};
-  j["colour"] = json_of_colour(scenes.at(0).colour.value());
+  j["colour"] = colour_json(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
@@ -90,9 +88,9 @@ std::string colour_report_json(const std::vector<Scene>& scenes, const ColourRes
     laser["pictures"] = files[i].pictures;
     if (!files[i].field.empty()) laser["field"] = files[i].field;
     if (!files[i].refined.empty()) laser["refined"] = files[i].refined;
-    laser["report"] = Json::parse(render_report_json(scenes[i], result.lasers[i], device, fft));
+    laser["report"] = render_report_json(scenes[i], result.lasers[i], device, fft);
   }
-  return j.dump(2) + "\n";
+  return j;
 }
 
 std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report) {
@@ -152,20 +150,7 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
          "; keep it within, move it away, or give a smaller hologram.pitch";
 }
 
-std::string colour_plan_json(const std::vector<Planned>& planned, const World& world) {
-  const auto& first = planned.at(0).scene;
-  Json j{{"colour", json_of_colour(first.colour.value())}};
-  for (std::size_t i = 0; i < planned.size(); ++i) {
-    auto& laser = j["colour"]["lasers"][i];
-    const auto field =
-        field_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
-    laser["field_m"] = {2 * field.x, 2 * field.y};
-    laser["plan"] = Json::parse(plan_report_json(planned[i], world));
-  }
-  return j.dump(2) + "\n";
-}
-
-std::string colour_plan_text(const std::vector<Planned>& planned, const World& world) {
+std::string lasers_text(const std::vector<Planned>& planned, const World& world) {
   std::ostringstream out;
   const auto& lasers = planned.at(0).scene.colour.value().lasers;
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
@@ -180,7 +165,6 @@ std::string colour_plan_text(const std::vector<Planned>& planned, const World& w
     out << "laser     " << length_text(scene.hologram.wavelength_m) << ": "
         << share_text(lasers.white_powers[i]) << " of white's power; light " << share_text(row.x)
         << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; shows "
-
         << millimetres(field_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << " at "
         << length_text(middle_m) << "\n";
   }
@@ -191,9 +175,6 @@ std::string colour_plan_text(const std::vector<Planned>& planned, const World& w
       << " s predicted for all lasers\n";
   if (const auto warning = colour_warning(scenes, world); !warning.empty())
     out << "warning   " << warning << "\n";
-  for (const auto& plan : planned) {
-    out << "\n--- " << length_text(plan.plan.wavelength_m) << "\n" << plan_report_text(plan, world);
-  }
   return out.str();
 }
 

@@ -5,6 +5,7 @@
 #include <array>
 #include <filesystem>
 #include <glm/vec2.hpp>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -27,16 +28,17 @@ struct LaserFiles {
   std::string refined;                // phases of refined holograms; empty: none were kept
 };
 
-/// What reports say of the lasers, as JSON.
-std::string colour_json(const ColourSpec& colour);
+/// What reports say of the lasers.
+nlohmann::ordered_json colour_json(const ColourSpec& colour);
 
 /// The files that a render in colour writes of a laser, by name.
 LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined);
 
 /// The report of a render in colour: the lasers, what they need, and the report of each.
-std::string colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                               const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
-                               cl::FftBackend fft);
+nlohmann::ordered_json colour_report_json(const std::vector<Scene>& scenes,
+                                          const ColourResult& result,
+                                          const std::vector<LaserFiles>& files,
+                                          const cl::DeviceInfo& device, cl::FftBackend fft);
 
 /// What the report of a render in colour says of its lasers.
 struct ReportedLasers {
@@ -52,9 +54,8 @@ struct ReportedLasers {
 /// throws  InputError when the file is missing or damaged
 std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report);
 
-/// The plans of all lasers, in the order of the scenes.
-std::string colour_plan_json(const std::vector<Planned>& planned, const World& world);
-std::string colour_plan_text(const std::vector<Planned>& planned, const World& world);
+/// The head of `raywave plan` of several lasers: what each shows, and what all need.
+std::string lasers_text(const std::vector<Planned>& planned, const World& world);
 
 /// One line where surfaces lie beyond what a laser reaches, while others show them; else empty.
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world);

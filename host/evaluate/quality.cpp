@@ -333,9 +333,8 @@ ColourPicture contact_sheet(const QualityResult& result) {
   return sheet;
 }
 
-std::string quality_json(const Scene& scene, const QualityResult& result,
-                         const cl::DeviceInfo& device, const RenderOptions& how,
-                         const QualitySpec& what) {
+Json quality_json(const Scene& scene, const QualityResult& result, const cl::DeviceInfo& device,
+                  const RenderOptions& how, const QualitySpec& what) {
   constexpr const char* methods[] = {"wrp", "points", "rays"};
   Json json{{"method", methods[static_cast<int>(how.method)]},
             {"picture_size", {result.picture_size.x, result.picture_size.y}},
@@ -365,8 +364,8 @@ std::string quality_json(const Scene& scene, const QualityResult& result,
                               {"energy_ratio", result.against_points->energy_ratio}};
   }
   json["seconds"] = result.seconds;
-  json["render"] = Json::parse(render_report_json(scene, result.render, device, how.fft));
-  return json.dump(2) + "\n";
+  json["render"] = render_report_json(scene, result.render, device, how.fft);
+  return json;
 }
 
 }  // namespace raywave

@@ -11,6 +11,7 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <map>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -158,8 +159,8 @@ ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_p
 ColourPicture contact_sheet(const QualityResult& result);
 
 /// All figures as JSON, with render_report_json as "render".
-std::string quality_json(const Scene& scene, const QualityResult& result,
-                         const cl::DeviceInfo& device, const RenderOptions& how,
-                         const QualitySpec& what);
+nlohmann::ordered_json quality_json(const Scene& scene, const QualityResult& result,
+                                    const cl::DeviceInfo& device, const RenderOptions& how,
+                                    const QualitySpec& what);
 
 }  // namespace raywave

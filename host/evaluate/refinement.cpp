@@ -194,7 +194,7 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
   return text + line;
 }
 
-std::string refinement_json(const RefinementFigures& figures, const RefineFigures& loop) {
+Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop) {
   const auto json_of = [](const Gain& gain) {
     return Json{{"field", gain.field}, {"unrefined", gain.unrefined}, {"refined", gain.refined}};
   };
@@ -212,7 +212,7 @@ std::string refinement_json(const RefinementFigures& figures, const RefineFigure
   json["transforms_per_frame"] = loop.transforms;
   json["exact_keys"] = loop.exact_keys;
   json["seconds"] = {{"prepare", loop.prepare_s}, {"iterations", loop.loop_s}};
-  return json.dump();
+  return json;
 }
 
 }  // namespace raywave

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -64,6 +65,6 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
 
 /// The table that `raywave refine` prints, and the same as JSON.
 std::string refinement_text(const RefinementFigures& figures, const RefineFigures& loop);
-std::string refinement_json(const RefinementFigures& figures, const RefineFigures& loop);
+nlohmann::ordered_json refinement_json(const RefinementFigures& figures, const RefineFigures& loop);
 
 }  // namespace raywave

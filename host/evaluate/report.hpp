@@ -1,9 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The effective scene, the plan and the measurements as JSON (report.json) and text (`raywave
-/// plan`).
+/// The plan and the measurements as JSON (report.json) and text (`raywave plan`).
 #pragma once
 
+#include <filesystem>
+#include <nlohmann/json_fwd.hpp>
 #include <string>
+#include <vector>
 
 #include "host/geometry/world.hpp"
 #include "host/plan/predict/presets.hpp"
@@ -12,17 +14,20 @@
 
 namespace raywave {
 
-/// The scene with every default filled in, lengths in metres.
-std::string scene_json(const Scene& scene);
-
 /// The report of a render: effective scene, plan, device, versions, seconds of each stage, peak
 /// memory.
-std::string render_report_json(const Scene& scene, const RenderResult& result,
-                               const cl::DeviceInfo& device, cl::FftBackend fft);
+nlohmann::ordered_json render_report_json(const Scene& scene, const RenderResult& result,
+                                          const cl::DeviceInfo& device, cl::FftBackend fft);
 
-/// The report of a plan, for a scene that has not been rendered.
-std::string plan_report_json(const Planned& planned, const World& world);
-std::string plan_report_text(const Planned& planned, const World& world);
+/// Parts of the reports.
+nlohmann::ordered_json plan_json(const Plan& plan);
+nlohmann::ordered_json accuracy_json(const AccuracySpec& accuracy, const Plan& plan);
+/// What objects' meshes bring, in place of the scene's materials; `objects` are those of the scene.
+void add_found(const std::vector<FoundMaterials>& found, nlohmann::ordered_json& objects);
+
+/// The report of the plans of all lasers, for scenes that have not been rendered.
+nlohmann::ordered_json plan_report_json(const std::vector<Planned>& planned, const World& world);
+std::string plan_report_text(const std::vector<Planned>& planned, const World& world);
 
 /// Pitch, wavelength and resolution of a hologram from the report.json beside it.
 /// file    a picture or field beside a report of three lasers, which tells the laser

@@ -77,7 +77,7 @@ TEST_CASE("rows are the depths through the whole hologram, then the sides at the
   REQUIRE(result.against_points);
   CHECK(result.against_points->correlation > 0.85);  // measured 0.90
 
-  const auto json = nlohmann::json::parse(quality_json(scene, result, device.info(), {}, what));
+  const auto json = quality_json(scene, result, device.info(), {}, what);
   REQUIRE(json["rows"].size() == 6);
   CHECK(json["rows"][2]["view"] == "left");
   CHECK(json["rows"][2]["psnr_db"] == result.rows[2].figures.psnr_db);

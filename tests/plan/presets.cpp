@@ -17,6 +17,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/plans.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
@@ -25,6 +26,7 @@ namespace {
 using Catch::Approx;
 using Catch::Matchers::ContainsSubstring;
 using test::mm;
+using test::plan_scene;
 using test::um;
 
 Scene data_scene(const std::string& name, const std::vector<std::string>& set = {}) {

@@ -9,6 +9,7 @@
 #include "host/plan/predict/presets.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/plans.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
@@ -52,7 +53,7 @@ Scene scene_for(const SlmSpec& slm) {
 
 /// side  1: the square lies beyond the hologram; -1: before it
 Planned planned(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}, double side = 1) {
-  return plan_scene(scene_for(slm), square_at(centre_m, side), {}, {});
+  return test::plan_scene(scene_for(slm), square_at(centre_m, side), {}, {});
 }
 
 SlmLight light_of(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}) {

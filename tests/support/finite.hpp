@@ -45,7 +45,7 @@ inline std::string not_finite(const Scene& scene, const RenderResult& result,
   for (const auto& wrp : result.wrps) {
     if (!all_finite_in(wrp.samples)) return "field of a WRP";
   }
-  if (render_report_json(scene, result, device.info(), cl::FftBackend::host).find("null") !=
+  if (render_report_json(scene, result, device.info(), cl::FftBackend::host).dump().find("null") !=
       std::string::npos)
     return "report.json";
   return "";

@@ -232,7 +232,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   Rows rows(trade.rows);
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
-    const auto planned = plan_scene(trade.scene, world, figures, {preset, {}, {}});
+    const auto planned = plan_scenes({trade.scene}, world, figures, {preset, {}, {}})[0];
     const auto row = rows.add(knobs_of(planned.scene, planned.plan, fft), true);
     const auto& predicted = planned.prediction;
     trade.presets.push_back(

@@ -5,11 +5,11 @@
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/encode/shown.hpp"
-#include "host/evaluate/report.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/scene/scene_json.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -31,7 +31,7 @@ void append_bytes(std::string& text, const std::vector<T>& values) {
 
 /// Hash of all data that the figures of a configuration depend on, except the configuration itself.
 std::string digits_of(const Trade& trade, const World& world) {
-  auto scene = Json::parse(scene_json(with_knobs(trade.scene, {})));
+  auto scene = json_of(with_knobs(trade.scene, {}));
   scene.erase("file");
   const auto& p = trade.pictures;
   const Json pictures{p.depths_m,  {p.window_m->x, p.window_m->y},

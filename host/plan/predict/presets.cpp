@@ -212,26 +212,8 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
   return reasons;
 }
 
-}  // namespace
-
-Preset preset_of(const std::string& name) {
-  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
-    if (name == name_of(preset)) return preset;
-  }
-  throw InputError("preset " + in_quotes(name) +
-                   ": unknown; there are draft, balanced, accurate and reference");
-}
-
-const char* name_of(Preset preset) {
-  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
-  return names[static_cast<std::size_t>(preset)];
-}
-
-double largest_cone_error(const Goal& goal) {
-  return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
-}
-
-Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
+/// As plan_scenes, of one laser.
+Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
                    const Goal& goal, bool keep_field) {
   const MemoryUse use{Method::wrp, device.fft, keep_field};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
@@ -284,15 +266,34 @@ Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& 
   return planned;
 }
 
-std::vector<Planned> plan_colours(const std::vector<Scene>& scenes, const World& world,
-                                  const DeviceFigures& device, const Goal& goal, bool keep_field) {
+}  // namespace
+
+Preset preset_of(const std::string& name) {
+  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+    if (name == name_of(preset)) return preset;
+  }
+  throw InputError("preset " + in_quotes(name) +
+                   ": unknown; there are draft, balanced, accurate and reference");
+}
+
+const char* name_of(Preset preset) {
+  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
+  return names[static_cast<std::size_t>(preset)];
+}
+
+double largest_cone_error(const Goal& goal) {
+  return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
+}
+
+std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
+                                 const DeviceFigures& device, const Goal& goal, bool keep_field) {
   auto for_each = goal;
   if (for_each.budget_s) *for_each.budget_s /= static_cast<double>(scenes.size());
   const auto longest =
       std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
         return a.hologram.wavelength_m < b.hologram.wavelength_m;
       });
-  const auto chosen = plan_scene(*longest, world, device, for_each, keep_field);
+  const auto chosen = plan_laser(*longest, world, device, for_each, keep_field);
   std::vector<Planned> all;
   for (const auto& scene : scenes) {
     if (&scene == &*longest) {
@@ -307,7 +308,7 @@ std::vector<Planned> plan_colours(const std::vector<Scene>& scenes, const World&
     same.trace = chosen.scene.trace;
     same.accuracy = chosen.scene.accuracy;
     same.refine = chosen.scene.refine;
-    all.push_back(plan_scene(same, world, device, {}, keep_field));
+    all.push_back(plan_laser(same, world, device, {}, keep_field));
   }
   return all;
 }

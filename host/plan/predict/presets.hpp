@@ -56,19 +56,15 @@ struct Planned {
 /// The largest Cone::field_error that a goal accepts.
 double largest_cone_error(const Goal& goal);
 
-/// Chooses what the scene leaves open, as the goal says, and predicts what to expect. Pictures that
-/// the machine cannot hold get a warning and no choice.
+/// Chooses what the scenes of the lasers leave open, as the goal says, and predicts what to expect.
+/// What is chosen for the longest wavelength, which shows most, is for the others too; a time is for
+/// all of them together. Pictures that the machine cannot hold get a warning and no choice.
 ///
 /// keep_field  RenderOptions::keep_field of the render to come
 /// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode
 ///         "fan")
-Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device,
-                   const Goal& goal = {}, bool keep_field = true);
-
-/// The same for all lasers: what the goal chooses for the longest wavelength, which shows most, is
-/// for the others too. A time is for all of them together.
-std::vector<Planned> plan_colours(const std::vector<Scene>& scenes, const World& world,
-                                  const DeviceFigures& device, const Goal& goal = {},
-                                  bool keep_field = true);
+std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
+                                 const DeviceFigures& device, const Goal& goal = {},
+                                 bool keep_field = true);
 
 }  // namespace raywave

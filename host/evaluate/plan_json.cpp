@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+
+#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/precision.hpp"
+#include "host/scene/scene_json.hpp"
+#include "raywave_version.hpp"
+
+namespace raywave {
+namespace {
+
+using Json = nlohmann::ordered_json;
+
+Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
+Json json_of(glm::dvec3 v) { return Json::array({v.x, v.y, v.z}); }
+
+Json json_of(const Prediction& prediction) {
+  const auto& t = prediction.times;
+  Json j{{"seconds",
+          {{"samples", t.samples_s},
+           {"trace", t.trace_s},
+           {"propagate", t.propagate_s},
+           {"refine", t.refine_s},
+           {"encode", t.encode_s},
+           {"total", t.total_s()}}},
+         {"rates_of", prediction.rates_of},
+         {"device_bytes", prediction.device_bytes},
+         {"field_error", prediction.field_error},
+         {"resolution_m", prediction.resolution_m}};
+  if (const auto& p = prediction.pictures; p && p->dark)
+    j["pictures"] = {{"dark", true}};
+  else if (p)
+    j["pictures"] = {{"psnr_db", p->psnr_db},
+                     {"mean_psnr_db", p->mean_psnr_db},
+                     {"refined", p->refined},
+                     {"shares_of_error",
+                      {{"speckle", p->speckle},
+                       {"cells_and_edges", p->edges},
+                       {"light_missing", p->missing},
+                       {"dots", p->dots},
+                       {"padding", p->padding},
+                       {"encoding", p->encoding},
+                       {"stop", p->stop}}},
+                     {"field", {{"mean_psnr_db", p->field_psnr_db}}}};
+  const auto& light = prediction.slm_light;
+  j["slm_light"] = {{"through_stop", light.through_stop},
+                    {"zero_order",
+                     {{"z_m", light.z_m},
+                      {"centre_m", {light.zero_order_m.x, light.zero_order_m.y}},
+                      {"size_m", {light.zero_order_size_m.x, light.zero_order_size_m.y}},
+                      {"stopped", light.zero_order_stopped},
+                      {"share_of_picture", light.on_picture}}}};
+  const auto& w = prediction.work;
+  j["work"] = {{"samples", w.samples},
+               {"rays", w.rays},
+               {"shadow_rays", w.shadow_rays},
+               {"nodes", w.nodes},
+               {"pairs", w.pairs},
+               {"pixels", w.pixels},
+               {"butterflies", w.butterflies},
+               {"levels", w.levels}};
+  if (w.lens_rays > 0) {
+    j["work"]["lens_rays"] = w.lens_rays;
+    j["work"]["refine_butterflies"] = w.refine_butterflies;
+  }
+  return j;
+}
+
+Json json_of(const Planned& planned, const World& world) {
+  const auto& [scene, plan, prediction, reasons, warnings] = planned;
+  Json j;
+  j["raywave"] = version;
+  j["scene"] = json_of(scene);
+  add_found(world.found, j["scene"]["objects"]);
+  j["triangles"] = world.triangles.size();
+  j["vertices"] = world.positions.size();
+  j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
+  j["plan"] = plan_json(plan);
+  j["accuracy"] = accuracy_json(scene.accuracy, plan);
+  for (const auto& [part, value] : kernel_options(plan))
+    j["kernels"][std::string(part.name)] = value;
+  j["prediction"] = json_of(prediction);
+  j["reasons"] = reasons;
+  j["warnings"] = warnings;
+  return j;
+}
+
+}  // namespace
+
+Json plan_json(const Plan& plan) {
+  Json j{{"tiles", json_of(plan.tile_grid)},
+         {"tile_size", json_of(plan.tile_size)},
+         {"why_tiles", plan.why_tiles},
+         {"propagation", plan.compact ? "compact" : "spectrum"},
+         {"why_propagation", plan.why_propagation},
+         {"grid", json_of(plan.grid)},
+         {"near_m", plan.near_m},
+         {"far_m", plan.far_m},
+         {"padded", json_of(plan.padded)},
+         {"cone_error", plan.cone_error},
+         {"padding_error", plan.padding_error},
+         {"rays", plan.rays}};
+  if (plan.bounces > 0)
+    j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
+  if (plan.bounces > 0 && plan.has_specular_samples())
+    j["mirrors"]["images"] = {{"near_m", plan.images.near_m},
+                              {"far_m", plan.images.far_m},
+                              {"light_beyond", plan.images.beyond}};
+  if (const auto& c = plan.compact)
+    j["compact"] = {{"size", json_of(c->size)},
+                    {"bell", c->bell},
+                    {"margin_px", c->margin_px},
+                    {"rough_margin_px", c->rough_margin_px},
+                    {"lines", c->lines},
+                    {"lines_tolerance", c->lines_tolerance},
+                    {"window_error", c->window_error},
+                    {"lines_error", c->lines_error},
+                    {"highlight_lines", c->highlight_lines},
+                    {"highlight_margin_px", c->highlight_margin_px},
+                    {"highlights_error", c->highlights_error}};
+  for (const auto& s : plan.layers) {
+    j["layers"].push_back({{"distance_m", s.distance_m},
+                           {"near_m", s.min_m.z},
+                           {"far_m", s.max_m.z},
+                           {"grid", json_of(s.grid)}});
+  }
+  for (const auto& w : plan.wrps) {
+    j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});
+    if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
+  }
+  return j;
+}
+
+Json accuracy_json(const AccuracySpec& accuracy, const Plan& plan) {
+  Json predicted;
+  for (const auto p : {Precision::floats, Precision::doubles}) {
+    const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
+    predicted[name_of(p)] = {{"waves", e.waves_turns},
+                             {"bounces", e.bounces_turns},
+                             {"propagation", e.propagate_turns},
+                             {"total", e.total_turns()}};
+  }
+  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  return {{"precision", name_of(plan.precision)},
+          {"predicted_phase_error_turns", predicted},
+          {"wanted_phase_error_turns", accuracy.phase_turns},
+          {"kept", error < accuracy.phase_turns}};
+}
+
+void add_found(const std::vector<FoundMaterials>& found, Json& objects) {
+  for (std::size_t i = 0; i < std::min(found.size(), objects.size()); ++i) {
+    auto& object = objects[i];
+    for (const auto& one : found[i].materials)
+      object["mesh_materials"].push_back({{"name", one.name},
+                                          {"triangles", one.triangles},
+                                          {"as", one.description},
+                                          {"notes", one.notes}});
+    if (found[i].overridden > 0) object["mesh_materials_overridden"] = found[i].overridden;
+    if (!found[i].notes.empty()) object["mesh_notes"] = found[i].notes;
+  }
+}
+
+Json plan_report_json(const std::vector<Planned>& planned, const World& world) {
+  const auto& first = planned.at(0).scene;
+  if (planned.size() == 1) return json_of(planned[0], world);
+  Json j{{"colour", colour_json(first.colour.value())}};
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    auto& laser = j["colour"]["lasers"][i];
+    const auto field =
+        field_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
+    laser["field_m"] = {2 * field.x, 2 * field.y};
+    laser["plan"] = json_of(planned[i], world);
+  }
+  return j;
+}
+
+}  // namespace raywave

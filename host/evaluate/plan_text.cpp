@@ -1,0 +1,287 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <numbers>
+#include <sstream>
+
+#include "host/common/text.hpp"
+#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/precision.hpp"
+#include "host/scene/eyepiece.hpp"
+#include "host/trace/device_scene.hpp"
+
+namespace raywave {
+namespace {
+
+using Rows = std::ostringstream;
+
+double degrees_of(double sine) { return std::asin(sine) * 180 / std::numbers::pi; }
+
+std::string formatted(const char* format, double value) {
+  std::array<char, 32> text;
+  std::snprintf(text.data(), text.size(), format, value);
+  return text.data();
+}
+
+std::string mm(double metres) { return formatted("%.4g mm", metres * 1e3); }
+std::string number(double value) { return formatted("%.2g", value); }
+
+/// Two digits, more of large numbers.
+std::string seconds(double value) {
+  const double shown = value < 1 ? value * 1e3 : value;
+  return formatted(shown < 99.5 ? "%.2g" : "%.0f", shown) + (value < 1 ? " ms" : " s");
+}
+
+/// The materials of a mesh, those that most triangles wear first.
+void add_found_text(const FoundMaterials& found, Rows& out) {
+  constexpr std::size_t most = 16;
+  std::vector<const FoundMaterials::Found*> sorted;
+  for (const auto& one : found.materials) sorted.push_back(&one);
+  std::stable_sort(sorted.begin(), sorted.end(),
+                   [](const auto* a, const auto* b) { return a->triangles > b->triangles; });
+  for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
+    out << "          " << in_quotes(sorted[i]->name) << " on " << sorted[i]->triangles
+        << " triangles: " << sorted[i]->description << "\n";
+    for (const auto& note : sorted[i]->notes) out << "            " << note << "\n";
+  }
+  if (sorted.size() > most)
+    out << "          and " << sorted.size() - most << " more materials (--json lists them)\n";
+  for (const auto& note : found.notes) out << "          " << one_line(note) << "\n";
+}
+
+void add_hologram(const Plan& plan, const SlmLight& light, Rows& out) {
+  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x "
+      << mm(window.y) << ", wavelength " << plan.wavelength_m * 1e9 << " nm\n";
+  out << "SLM       " << name_of(plan.slm.encoding) << ", ";
+  if (plan.slm.stop)
+    out << "its stop passes " << std::round(1000 * light.through_stop) / 10 << " % of the light, ";
+  out << "zero order " << mm(light.zero_order_size_m.x) << " x " << mm(light.zero_order_size_m.y)
+      << " around (" << mm(light.zero_order_m.x) << ", " << mm(light.zero_order_m.y) << ") at "
+      << mm(light.z_m)
+      << (light.zero_order_stopped  ? ", stopped\n"
+          : light.on_picture == 0.0 ? ", beside the picture\n"
+                                    : ", in the picture\n");
+}
+
+void add_objects(const Scene& scene, const World& world, Rows& out) {
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),
+                                  static_cast<std::int32_t>(i));
+    out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
+        << (world.object_closed[i] ? "closed" : "open");
+    const bool wears_own = i < world.found.size() && !world.found[i].materials.empty();
+    if (wears_own) {
+      out << ", materials of its own\n";
+    } else {
+      out << ", material "
+          << (object.material == 0
+                  ? "default"
+                  : scene.materials[static_cast<std::size_t>(object.material)].name);
+      if (i < world.found.size() && world.found[i].overridden > 0)
+        out << " instead of " << world.found[i].overridden << " of its own";
+      out << "\n";
+    }
+    if (i < world.found.size()) add_found_text(world.found[i], out);
+  }
+}
+
+void add_scene(const Scene& scene, const World& world, const Plan& plan, Rows& out) {
+  const glm::dvec3 extent = world.max_m - world.min_m;
+  if (std::any_of(scene.lights.begin(), scene.lights.end(), has_size))
+    out << "lights    looked for in "
+        << directions_of(scene.lights, [](const Light&) { return true; })
+        << " directions from every place of a surface, highlights in "
+        << directions_of(scene.lights, [](const Light& l) { return l.highlights; }) << "\n";
+  out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
+      << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
+      << mm(plan.far_m) << " from the hologram\n";
+  if (scene.viewer.eyepiece_m && plan.near_m + scene.viewer.eyepiece_distance_m > 0)
+    out << "eyepiece  shows it at " << number(dioptres_of_depth(scene.viewer, plan.near_m))
+        << " D to " << number(dioptres_of_depth(scene.viewer, plan.far_m)) << " D\n";
+}
+
+void add_illumination(const Scene& scene, const Plan& plan, Rows& out) {
+  if (const auto& falling = scene.slm.illumination; !falling.is_plane()) {
+    out << "light     on the SLM ";
+    if (!falling.focus_m)
+      out << "parallel";
+    else if (*falling.focus_m > 0)
+      out << "converging " << mm(*falling.focus_m) << " before it";
+    else
+      out << "diverging from " << mm(-*falling.focus_m) << " beyond it";
+    out << ", its middle ray " << number(degrees_of(falling.sine.x)) << " x "
+        << number(degrees_of(falling.sine.y)) << " degrees off the axis; pixels turn it by "
+        << number(degrees_of(plan.largest_sine.x)) << " x "
+        << number(degrees_of(plan.largest_sine.y)) << " degrees at most\n";
+  }
+}
+
+/// Tiles, and WRPs or virtual planes.
+void add_planes(const Plan& plan, Rows& out) {
+  if (plan.tiles.size() > 1)
+    out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
+        << plan.tile_size.x << " x " << plan.tile_size.y << " pixels, one after another\n";
+  for (const auto& layer : plan.layers) {
+    const auto lit = std::count_if(plan.wrps.begin(), plan.wrps.end(),
+                                   [&](const Wrp& w) { return &plan.layer_of(w) == &layer; });
+    if (is_near_hologram(plan)) {
+      out << "gathered  at the hologram itself, each sample where its light is no steeper than the "
+             "pixels show\n";
+      break;
+    }
+    out << (plan.compact ? "planes    " : "WRPs      ") << layer.grid.x << " x " << layer.grid.y;
+    if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
+      out << " less " << dark << " that no light falls into";
+    out << " at " << mm(layer.distance_m);
+    if (plan.layers.size() == 1)
+      out << ", " << mm(std::abs(plan.near_m - layer.distance_m))
+          << (layer.distance_m > plan.near_m ? " behind" : " in front of")
+          << " the nearest surface\n";
+    else
+      out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";
+    for (const auto& w : plan.wrps) {
+      if (&plan.layer_of(w) != &layer) continue;
+      out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
+      if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
+      out << "\n";
+    }
+  }
+}
+
+void add_samples(const Scene& scene, const Plan& plan, Rows& out) {
+  if (plan.bounces > 0) {
+    out << "mirrors   up to " << plan.bounces << " mirrors and surfaces of glass on a path, ";
+    if (plan.has_specular_samples()) {
+      out << (has_fitted_paths(plan) ? "samples with a path fitted to the window"
+                                     : "samples of virtual points");
+      if (scene.trace.bounces == Bounces::automatic) out << " (auto)";
+      if (!plan.images.all.empty())
+        out << "; seen from " << mm(plan.images.near_m) << " to " << mm(plan.images.far_m) << ", "
+            << number(100 * plan.images.beyond) << " % of the light elsewhere";
+      out << "\n";
+    } else {
+      out << "fans of rays\n";
+    }
+  }
+  if (plan.aimed)
+    out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
+        << " rays, " << mm(scene.sampling.pitch_m) << " apart at "
+        << mm(plan.lattice.full_z_m + plan.lattice.eye_m.z) << "\n";
+  out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, "
+      << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+}
+
+/// Precision, and the errors of what carries light to the hologram.
+void add_errors(const Scene& scene, const Plan& plan, Rows& out) {
+  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)")
+      << ", predicted phase error " << number(error) << " turn"
+      << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
+      << number(scene.accuracy.phase_turns) << "\n";
+  const int most_lines = plan.compact ? plan.compact->most_lines() : 0;
+  if (plan.compact)
+    out << "virtual   planes of " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
+        << (plan.compact->lines_tolerance > 0 && most_lines > 1 ? "up to " : "") << most_lines
+        << (most_lines == 1 ? " scan line" : " scan lines") << " of a sample; error predicted "
+        << number(100 * plan.compact->error()) << " %\n";
+  if (plan.aimed && !plan.compact && !is_near_hologram(plan))
+    out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
+        << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
+  if (!plan.compact && !plan.is_at_hologram())
+    out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
+        << scene.wrp.padding << "), propagation error predicted "
+        << number(100 * plan.padding_error) << " %\n";
+}
+
+void add_kernels(const Plan& plan, Rows& out) {
+  const auto kernels = kernel_options(plan);
+  out << "kernels   with";
+  for (const auto& [part, name] : {std::pair{option::highlights, "highlights"},
+                                   {option::textures, "textures"},
+                                   {option::shadows, "shadows"},
+                                   {option::bounces, "bounces"}})
+    out << (part == option::highlights ? " " : ", ") << (kernels.at(part) == "0" ? "no " : "")
+        << name;
+  out << "\n";
+}
+
+void add_time(const Prediction& prediction, Rows& out) {
+  const auto& t = prediction.times;
+  out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s)
+      << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s)
+      << (t.refine_s > 0 ? ", refine " + seconds(t.refine_s) : "") << ", encode "
+      << seconds(t.encode_s) << " (rates of "
+      << (prediction.rates_of == "default"
+              ? "two processor cores; raywave tune measures this device"
+              : prediction.rates_of)
+      << ")\n";
+}
+
+void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
+  const auto& pictures = prediction.pictures;
+  if (!pictures) return;
+  std::array<char, 240> text;
+  if (pictures->dark)
+    std::snprintf(text.data(), text.size(),
+                  "pictures  dark: a coarse look from the hologram's middle meets no light\n");
+  else if (pictures->refined)
+    std::snprintf(text.data(), text.size(),
+                  "pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
+                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
+                  pictures->field_psnr_db);
+  else
+    std::snprintf(text.data(), text.size(),
+                  "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
+                  "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
+                  "padding %.0f %% of the error\n",
+                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
+                  pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
+                  100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,
+                  100 * pictures->padding);
+  out << text.data();
+  if (pictures->stop > 0)
+    out << "          " << number(100 * pictures->stop)
+        << " % of the error is what the stop cuts off\n";
+  if (shows_amplitude(plan.slm.encoding))
+    out << "          (haze as of double phase; that of " << name_of(plan.slm.encoding)
+        << " is not predicted)\n";
+}
+
+void add_plan(const Planned& planned, const World& world, Rows& out) {
+  const auto& [scene, plan, prediction, reasons, warnings] = planned;
+  add_hologram(plan, prediction.slm_light, out);
+  add_objects(scene, world, out);
+  add_scene(scene, world, plan, out);
+  add_illumination(scene, plan, out);
+  add_planes(plan, out);
+  add_samples(scene, plan, out);
+  add_errors(scene, plan, out);
+  add_kernels(plan, out);
+  out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
+  add_time(prediction, out);
+  add_pictures(plan, prediction, out);
+  out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
+  for (const auto& reason : reasons) out << "because   " << reason << "\n";
+  for (const auto& warning : warnings) out << "warning   " << warning << "\n";
+}
+
+}  // namespace
+
+std::string plan_report_text(const std::vector<Planned>& planned, const World& world) {
+  Rows out;
+  if (planned.size() > 1) out << lasers_text(planned, world);
+  for (const auto& plan : planned) {
+    if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.wavelength_m) << "\n";
+    add_plan(plan, world, out);
+  }
+  return out.str();
+}
+
+}  // namespace raywave
