@@ -40,19 +40,23 @@ void use_shared(const cl::Device& device) {
 }
 
 /// What a scene needs follows from what is done with it, so that is done.
-void use(const cl::Device& device, const Scene& scene, ProgressBar& bar) {
+void use(const cl::Device& device, const std::vector<Scene>& lasers, ProgressBar& bar) {
   RenderOptions how;
   how.fft = cl::FftBackend::host;
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  const auto result = render(device, scene, how);
-  how.keep_field = false;  // levels may then come of transforms
-  render(device, scene, how);
-  const auto world = build_world(scene);
-  LensSpec lens;
-  lens.z_m = result.plan.far_m;
-  lens.window_m = scene.hologram.pitch_m;
-  lens.points = 1;
-  lens_picture(device, result.plan, DeviceScene(device, world, result.plan), lens);
+  const auto world = build_world(lasers[0]);
+  std::vector<RenderResult> results;
+  for (const bool keeps_field : {true, false}) {  // without it, levels may come of transforms
+    how.keep_field = keeps_field;
+    results = Renderer(device, lasers, world, how).render_lasers();
+  }
+  for (const auto& laser : results) {
+    LensSpec lens;
+    lens.z_m = laser.plan.far_m;
+    lens.window_m = laser.plan.pitch_m;
+    lens.points = 1;
+    lens_picture(device, laser.plan, DeviceScene(device, world, laser.plan), lens);
+  }
 }
 
 void run_kernels(const KernelsArguments& options) {
@@ -70,14 +74,15 @@ void run_kernels(const KernelsArguments& options) {
     info = tuned(info);  // as it will be asked for
   }
   const cl::Device device(info);
-  std::vector<Scene> scenes;
-  for (const auto& file : options.scenes) scenes.push_back(load(file, options.set, options.report));
+  std::vector<std::vector<Scene>> scenes;
+  for (const auto& file : options.scenes)
+    scenes.push_back(load_all(file, options.set, options.report));
 
   const cl::ProgramRecorder recorder(options.folder, !options.sources);
   use_shared(device);
-  for (const auto& scene : scenes) {
+  for (const auto& lasers : scenes) {
     ProgressBar bar(options.report.quiet);
-    use(device, scene, bar);
+    use(device, lasers, bar);
   }
   std::vector<std::string> files;
   for (const auto& name : recorder.names())
