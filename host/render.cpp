@@ -508,9 +508,10 @@ void share_scale(const cl::Device& device, std::vector<RenderResult>& lasers) {
 
 }  // namespace
 
-ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& scenes,
-                           std::vector<RenderResult> lasers, bool keep_field) {
-  ColourResult result;
+Rendered rendered_of(const cl::Device& device, const std::vector<Scene>& scenes,
+                     std::vector<RenderResult> lasers, bool keep_field) {
+  if (lasers.size() == 1) return {std::move(lasers), {}, {1}};
+  Rendered result;
   result.lasers = std::move(lasers);
   share_scale(device, result.lasers);
   std::vector<double> needs;
@@ -523,13 +524,13 @@ ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& s
   return result;
 }
 
-ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
-                            const World& world, const RenderOptions& options) {
+Rendered render(const cl::Device& device, const std::vector<Scene>& scenes, World world,
+                const RenderOptions& options) {
   auto how = options;
-  how.keep_field = true;
+  how.keep_field = options.keep_field || scenes.size() > 1;  // which decides the lasers' powers
   constexpr bool one_at_a_time = true;
-  Renderer::State state(device, scenes, world, std::move(how), one_at_a_time);
-  return colour_result(device, scenes, state.render_lasers(), options.keep_field);
+  Renderer::State state(device, scenes, std::move(world), std::move(how), one_at_a_time);
+  return rendered_of(device, scenes, state.render_lasers(), options.keep_field);
 }
 
 }  // namespace raywave

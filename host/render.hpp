@@ -86,11 +86,11 @@ RenderResult render(const cl::Device& device, const Scene& scene,
 RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
                     const RenderOptions& options = {});
 
-/// The holograms of a scene in colour, one for each laser, to be shown in turn.
-struct ColourResult {
+/// The holograms of a scene, one for each laser, to be shown in turn.
+struct Rendered {
   std::vector<RenderResult> lasers;  // in the order of the scenes
   // Irradiance of each field, mean over pixels and frames; of white scenes, all lasers have the
-  // same
+  // same. Empty for one laser
   std::vector<double> energies;
   // Radiant powers that the lasers must have for the colours to be right, all for the same time;
   // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white
@@ -111,7 +111,7 @@ double clipping_loss(const FieldStack& field, double clip, std::optional<int> fr
 /// refined, and what clipping takes away where amplitudes are shown, if the field was kept.
 double laser_need(const RenderResult& result, std::optional<int> frames = {});
 
-/// ColourResult::powers.
+/// Rendered::powers.
 ///
 /// needs  laser_need of each laser
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs);
@@ -119,18 +119,18 @@ std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<doubl
 /// Puts together what Renderer::render_lasers has made: one scale for all, what they need.
 ///
 /// scenes      of the lasers
-/// lasers      with their fields
+/// lasers      with their fields, where there are several
 /// keep_field  leave the fields in the results
-ColourResult colour_result(const cl::Device& device, const std::vector<Scene>& scenes,
-                           std::vector<RenderResult> lasers, bool keep_field);
+Rendered rendered_of(const cl::Device& device, const std::vector<Scene>& scenes,
+                     std::vector<RenderResult> lasers, bool keep_field);
 
 /// Renders the scenes of load_colours, which share the world. Each laser's field is bit-identical
 /// to that of its scene rendered alone. So are its levels, but that encodings of amplitudes share
 /// one scale: that of the brightest laser (RenderResult::clip).
 ///
 /// throws  InputError for the scene, DeviceError for the device
-ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
-                            const World& world, const RenderOptions& options = {});
+Rendered render(const cl::Device& device, const std::vector<Scene>& scenes, World world,
+                const RenderOptions& options = {});
 
 /// Renders scenes that move, also of several lasers, which share the world and its samples. Meshes,
 /// kernels, plans and memory are kept from one picture to the
@@ -219,10 +219,8 @@ public:
 
 private:
   struct State;
-  friend RenderResult render(const cl::Device& device, const Scene& scene, const World& world,
-                             const RenderOptions& options);
-  friend ColourResult render_colours(const cl::Device& device, const std::vector<Scene>& scenes,
-                                     const World& world, const RenderOptions& options);
+  friend Rendered raywave::render(const cl::Device& device, const std::vector<Scene>& scenes,
+                                  World world, const RenderOptions& options);
   std::unique_ptr<State> state_;
 };
 

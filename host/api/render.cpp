@@ -57,16 +57,19 @@ raywave::RenderOptions options_of(const RenderOptions& options, const Opened& op
 std::vector<raywave::Scene> planned(const Scene::State& scene, const World& world,
                                     const RenderOptions& options, const cl::DeviceInfo& device,
                                     std::vector<std::string>& warnings) {
-  const auto goal = goal_of(options.goal);
-  if (!goal.any()) return scene.scenes;
-  if (method_of(options.method) != Method::wrp)
-    throw InputError("preset, budget and psnr plan method \"wrp\" alone");
-  if (scene.is_planned)
-    throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
-  auto all = plan_scenes(scene.scenes, world, figures_of(device), goal);
-  warnings = std::move(all.front().warnings);
-  std::vector<raywave::Scene> scenes;
-  for (auto& one : all) scenes.push_back(std::move(one.scene));
+  auto scenes = scene.scenes;
+  if (const auto goal = goal_of(options.goal); goal.any()) {
+    if (method_of(options.method) != Method::wrp)
+      throw InputError("preset, budget and psnr plan method \"wrp\" alone");
+    if (scene.is_planned)
+      throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
+    if (const auto progress = progress_of(options.progress)) progress("plan", 0);
+    auto all = plan_scenes(scenes, world, figures_of(device), goal);
+    warnings = std::move(all.front().warnings);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(all[i].scene);
+  }
+  if (auto warning = colour_warning(scenes, world); !warning.empty())
+    warnings.push_back(std::move(warning));
   return scenes;
 }
 
@@ -83,26 +86,21 @@ void append(FieldStack& all, FieldStack field) {
 std::string text_of(const nlohmann::ordered_json& report) { return report.dump(2) + "\n"; }
 
 /// warnings  of the plan, for the user
-Hologram hologram_of(const std::vector<raywave::Scene>& scenes, ColourResult result,
+Hologram hologram_of(const std::vector<raywave::Scene>& scenes, Rendered result,
                      const Opened& opened, const std::vector<std::string>& warnings) {
   auto state = std::make_shared<Hologram::State>();
   state->powers = result.powers;
   const auto& device = opened.device.info();
   std::vector<LaserFiles> files;
-  for (const auto& laser : result.lasers) {
-    state->lasers.push_back({laser.plan, laser.panel, {}, laser.notes});
-    if (scenes.size() > 1)
-      files.push_back(files_of_laser(laser, !laser.field.samples.empty(), false));
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    const auto& laser = result.lasers[i];
+    files.push_back(files_of_laser(laser, laser_suffix(laser.plan.wavelength_m, scenes.size()),
+                                   !laser.field.samples.empty(), false));
+    auto report = text_of(render_report_json(scenes[i], laser, device, opened.fft));
+    state->lasers.push_back({laser.plan, laser.panel, std::move(report), laser.notes});
   }
-  for (std::size_t i = 0; i < scenes.size(); ++i)
-    state->lasers[i].report =
-        text_of(render_report_json(scenes[i], result.lasers[i], device, opened.fft));
-  if (scenes.size() > 1) {
-    state->colour = scenes.front().colour.value().lasers;
-    state->report = text_of(colour_report_json(scenes, result, files, device, opened.fft));
-  } else {
-    state->report = state->lasers.front().report;
-  }
+  if (scenes.size() > 1) state->colour = scenes.front().colour.value().lasers;
+  state->report = text_of(report_json(scenes, result, files, device, opened.fft));
   for (auto& laser : result.lasers) {
     add_lines(state->notes, laser.notes);
     for (auto& frame : laser.levels) {
@@ -172,12 +170,10 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   chosen->scenes.clear();
   for (const auto& laser : planned) chosen->scenes.push_back(laser.scene);
   chosen->is_planned = true;
-  const bool is_colour = planned.size() > 1;
   auto text = plan_report_text(planned, world), json = text_of(plan_report_json(planned, world));
   auto warnings = planned[0].warnings;
-  if (is_colour)
-    if (auto warning = colour_warning(chosen->scenes, world); !warning.empty())
-      warnings.push_back(std::move(warning));
+  if (auto warning = colour_warning(chosen->scenes, world); !warning.empty())
+    warnings.push_back(std::move(warning));
   return Plan(std::make_shared<Plan::State>(Plan::State{std::move(planned), std::move(text),
                                                         std::move(json), std::move(warnings),
                                                         Scene(std::move(chosen))}));
@@ -276,26 +272,15 @@ std::vector<std::string> Hologram::notes() const {
   return lasers_ == state_->lasers.size() ? state_->notes : state_->lasers[first_].notes;
 }
 
-namespace {
-
-/// Renders a scene of three lasers, which come one after another.
-Hologram render_lasers(const Scene::State& scene, const RenderOptions& options) {
+Hologram render(const Scene& scene, const RenderOptions& options) {
   const auto opened = open(options.on);
   const auto how = options_of(options, opened);
   if (how.progress) how.progress("meshes", 0);
-  const auto world = scene.world();
+  auto world = scene.state().world();
   std::vector<std::string> warnings;
-  const auto scenes = planned(scene, world, options, opened.device.info(), warnings);
-  if (auto warning = colour_warning(scenes, world); !warning.empty())
-    warnings.push_back(std::move(warning));
-  return hologram_of(scenes, render_colours(opened.device, scenes, world, how), opened, warnings);
-}
-
-}  // namespace
-
-Hologram render(const Scene& scene, const RenderOptions& options) {
-  if (scene.state().scenes.size() > 1) return render_lasers(scene.state(), options);
-  return Renderer(scene, options).render();
+  const auto scenes = planned(scene.state(), world, options, opened.device.info(), warnings);
+  return hologram_of(scenes, raywave::render(opened.device, scenes, std::move(world), how), opened,
+                     warnings);
 }
 
 struct Renderer::State {
@@ -307,27 +292,14 @@ struct Renderer::State {
   void make(const Scene::State& scene, const RenderOptions& options) {
     auto how = options_of(options, opened);
     if (how.progress) how.progress("meshes", 0);
-    scenes = scene.scenes;
     auto world = scene.world();
-    const bool has_goal = goal_of(options.goal).any(), is_colour = scenes.size() > 1;
-    if (has_goal && how.progress) how.progress("plan", 0);
-    if (has_goal || is_colour)
-      scenes = planned(scene, world, options, opened.device.info(), warnings);
-    if (is_colour)
-      if (auto warning = colour_warning(scenes, world); !warning.empty())
-        warnings.push_back(std::move(warning));
-    how.keep_field = keep_field || is_colour;  // which decides the lasers' powers
+    scenes = planned(scene, world, options, opened.device.info(), warnings);
+    how.keep_field = keep_field || scenes.size() > 1;  // which decides the lasers' powers
     renderer.emplace(opened.device, scenes, std::move(world), how);
   }
 
-  ColourResult render() {
-    auto lasers = renderer->render_lasers();
-    if (lasers.size() > 1)
-      return colour_result(opened.device, scenes, std::move(lasers), keep_field);
-    ColourResult result;
-    result.powers = {1};
-    result.lasers = std::move(lasers);
-    return result;
+  Rendered render() {
+    return rendered_of(opened.device, scenes, renderer->render_lasers(), keep_field);
   }
 
   std::recursive_mutex mutex;  // a callback's own call finds it locked, and is told so

@@ -103,8 +103,7 @@ std::vector<Scene> scenes_for(const Goal& goal, std::vector<Scene> scenes, const
       scenes[i] = std::move(planned[i].scene);
     }
   }
-  if (is_colour)
-    if (const auto warning = colour_warning(scenes, world); !warning.empty()) report.note(warning);
+  if (const auto warning = colour_warning(scenes, world); !warning.empty()) report.note(warning);
   return scenes;
 }
 

@@ -74,7 +74,7 @@ struct Task {
 /// What is refined: a hologram, or in colour that of each laser.
 struct Work {
   std::vector<Task> tasks;
-  std::vector<double> powers;  // of the lasers, ColourResult::powers; none: one wavelength
+  std::vector<double> powers;  // of the lasers, Rendered::powers; none: one wavelength
   Json report;
 
   bool is_colour() const { return !powers.empty(); }
@@ -203,19 +203,15 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
     notes = std::move(planned[0].warnings);
   }
-  ColourResult rendered;
-  if (is_colour) {
-    if (auto warning = colour_warning(scenes, world); !warning.empty())
-      notes.push_back(std::move(warning));
-    rendered = render_colours(device, scenes, world, how);
-    work.powers = rendered.powers;
-    std::vector<LaserFiles> files;
-    for (const auto& laser : rendered.lasers) files.push_back(files_of_laser(laser, false, true));
-    work.report = colour_report_json(scenes, rendered, files, device.info(), how.fft);
-  } else {
-    rendered.lasers.push_back(render(device, scenes[0], world, how));
-    work.report = render_report_json(scenes[0], rendered.lasers[0], device.info(), how.fft);
-  }
+  if (auto warning = colour_warning(scenes, world); !warning.empty())
+    notes.push_back(std::move(warning));
+  auto rendered = render(device, scenes, world, how);
+  if (is_colour) work.powers = rendered.powers;
+  std::vector<LaserFiles> files;
+  for (const auto& laser : rendered.lasers)
+    files.push_back(
+        files_of_laser(laser, laser_suffix(laser.plan.wavelength_m, scenes.size()), false, true));
+  work.report = report_json(scenes, rendered, files, device.info(), how.fft);
   for (const auto& laser : rendered.lasers) add_lines(notes, laser.notes);
   for (const auto& note : notes) options.report.note(note);
 

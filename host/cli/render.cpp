@@ -23,7 +23,7 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
-#include "host/evaluate/report.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
 #include "host/trace/tuning.hpp"
@@ -75,7 +75,7 @@ std::string time_text(const std::map<std::string, double>& seconds) {
 
 /// One picture of all lasers: the longest wavelength is red, the shortest blue.
 std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
-                     const ColourResult& result) {
+                     const Rendered& result) {
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
     return result.lasers[a].plan.wavelength_m > result.lasers[b].plan.wavelength_m;
@@ -93,130 +93,93 @@ std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
   return name;
 }
 
-/// The holograms of all lasers.
-void render_lasers(const RenderArguments& options, std::vector<Scene> scenes,
-                   const cl::Device& device, RenderOptions how) {
-  OutputSet out(options.out);
-  ColourResult result;
-  std::vector<std::string> notes;
-  {
-    ProgressBar bar(options.report.quiet);
-    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
-    bar.show("meshes", 0);
-    const auto world = build_world(scenes[0]);
-    if (const auto goal = options.goal.goal(); goal.any()) {
-      auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
-      for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
-      notes = std::move(planned[0].warnings);
-    }
-    if (auto warning = colour_warning(scenes, world); !warning.empty())
-      notes.push_back(std::move(warning));
-    result = render_colours(device, scenes, world, how);
+/// Writes the holograms of a laser, and what is kept beside them.
+LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::string& suffix,
+                      bool keeps_field) {
+  const auto files = files_of_laser(laser, suffix, keeps_field, keeps_field);
+  for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
+    out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size, laser.levels[frame],
+                          "png", "hologram" + suffix));
+  const auto save_field = [&](const std::string& file, const FieldStack& field) {
+    save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
+    out.add(file);
+  };
+  if (!files.field.empty()) save_field(files.field, laser.field);
+  if (!files.refined.empty()) save_field(files.refined, laser.refined->phases);
+  for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
+    save_field((laser.plan.compact ? "virtual_plane" : "wrp") + suffix + "_" +
+                   std::to_string(wrp + 1) + ".npy",
+               laser.wrps[wrp]);
+  return files;
+}
+
+/// Renders the scenes as they are planned.
+///
+/// notes  for the user
+Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scenes,
+                        const cl::Device& device, RenderOptions how,
+                        std::vector<std::string>& notes) {
+  ProgressBar bar(options.report.quiet);
+  how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+  how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
+  bar.show("meshes", 0);
+  const Stopwatch of_meshes;
+  auto world = build_world(scenes[0]);
+  const double wall_s = of_meshes.wall_s(), processor_s = of_meshes.processor_s();
+  if (const auto goal = options.goal.goal(); goal.any()) {
+    bar.show("plan", 0);
+    auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
+    notes = std::move(planned[0].warnings);
   }
+  if (auto warning = colour_warning(scenes, world); !warning.empty())
+    notes.push_back(std::move(warning));
+  auto result = render(device, scenes, std::move(world), how);
+  result.lasers[0].seconds["meshes"] += wall_s;
+  result.lasers[0].processor_seconds["meshes"] += processor_s;
   for (const auto& laser : result.lasers) add_lines(notes, laser.notes);
-  for (const auto& note : notes) options.report.note(note);
-
-  std::vector<LaserFiles> files(scenes.size());
-  for (std::size_t i = 0; i < scenes.size(); ++i) {
-    const auto& laser = result.lasers[i];
-    const auto name = laser_name(laser.plan.wavelength_m);
-    files[i] = files_of_laser(laser, how.keep_field, how.keep_field);
-    for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
-      out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size,
-                            laser.levels[frame], "png", "hologram_" + name));
-    const auto save_field = [&](const std::string& file, const FieldStack& field) {
-      save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
-      out.add(file);
-    };
-    if (how.keep_field) save_field(files[i].field, laser.field);
-    if (!files[i].refined.empty()) save_field(files[i].refined, laser.refined->phases);
-    for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
-      save_field((laser.plan.compact ? "virtual_plane_" : "wrp_") + name + "_" +
-                     std::to_string(wrp + 1) + ".npy",
-                 laser.wrps[wrp]);
-  }
-  for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
-    out.add(save_rgb(out.folder(), frame, result));
-  const auto report = out.finish(colour_report_json(scenes, result, files, device.info(), how.fft));
-
-  if (options.report.prints_text()) {
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-      const auto& laser = result.lasers[i];
-      std::printf("%s: %d x %d hologram%s in %s on %s; power %.3f\n",
-                  length_text(laser.plan.wavelength_m).c_str(), laser.plan.size.x,
-                  laser.plan.size.y, planes_text(laser.plan, how.method).c_str(),
-                  time_text(laser.seconds).c_str(), device.info().name.c_str(), result.powers[i]);
-    }
-    out.print();
-  }
-  options.report.write(report);
+  return result;
 }
 
 void run_render(const RenderArguments& options) {
   auto scenes = options.scene.load_all(options.report);
-  auto& scene = scenes[0];
-  if (options.rgb && scenes.size() == 1)
+  const bool is_colour = scenes.size() > 1;
+  if (options.rgb && !is_colour)
     throw InputError("--rgb packs the holograms of three lasers: give hologram.wavelength three");
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());
   how.method = options.method.method();
-  const auto goal = options.goal.goal();
-  if (goal.any() && how.method != Method::wrp)
+  if (options.goal.goal().any() && how.method != Method::wrp)
     throw InputError("--preset, --budget and --psnr plan --method wrp alone");
   how.rays_per_axis = options.method.rays_per_axis;
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
   how.rates = figures_of(device.info()).rates;
-  if (scenes.size() > 1) {
-    render_lasers(options, std::move(scenes), device, how);
-    return;
-  }
   OutputSet out(options.out);
-  RenderResult result;
-  std::vector<std::string> warnings;
-  {
-    ProgressBar bar(options.report.quiet);
-    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
-    if (goal.any()) {
-      bar.show("plan", 0);
-      const auto world = build_world(scene);
-      auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
-      scene = std::move(planned[0].scene);
-      warnings = std::move(planned[0].warnings);
-      result = render(device, scene, world, how);
-    } else {
-      result = render(device, scene, how);
-    }
-  }
+  std::vector<std::string> notes;
+  const auto result = render_planned(options, scenes, device, how, notes);
+  for (const auto& note : notes) options.report.note(note);
 
-  for (const auto& warning : warnings) options.report.note(warning);
-  for (const auto& note : result.notes) {
-    if (std::find(warnings.begin(), warnings.end(), note) == warnings.end())
-      options.report.note(note);
-  }
-
-  for (std::size_t frame = 0; frame < result.levels.size(); ++frame) {
-    out.add(save_hologram(out.folder(), frame, result.plan.slm, result.plan.size,
-                          result.levels[frame]));
-  }
-  const auto save_field = [&](const std::string& name, const FieldStack& field) {
-    save_npy(out.folder() / name, field.nx, field.ny, field.frames, field.samples);
-    out.add(name);
-  };
-  if (how.keep_field) save_field("field.npy", result.field);
-  if (how.keep_field && result.refined) save_field("refined.npy", result.refined->phases);
-  for (std::size_t i = 0; i < result.wrps.size(); ++i)
-    save_field((result.plan.compact ? "virtual_plane_" : "wrp_") + std::to_string(i + 1) + ".npy",
-               result.wrps[i]);
-  const auto report = out.finish(render_report_json(scene, result, device.info(), how.fft));
+  std::vector<LaserFiles> files;
+  for (const auto& laser : result.lasers)
+    files.push_back(save_laser(out, laser, laser_suffix(laser.plan.wavelength_m, scenes.size()),
+                               how.keep_field));
+  for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
+    out.add(save_rgb(out.folder(), frame, result));
+  const auto report = out.finish(report_json(scenes, result, files, device.info(), how.fft));
 
   if (options.report.prints_text()) {
-    std::printf("%d x %d hologram%s in %s on %s\n", result.plan.size.x, result.plan.size.y,
-                planes_text(result.plan, how.method).c_str(), time_text(result.seconds).c_str(),
-                device.info().name.c_str());
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      const auto& laser = result.lasers[i];
+      const auto& plan = laser.plan;
+      if (is_colour) std::printf("%s: ", length_text(plan.wavelength_m).c_str());
+      std::printf("%d x %d hologram%s in %s on %s", plan.size.x, plan.size.y,
+                  planes_text(plan, how.method).c_str(), time_text(laser.seconds).c_str(),
+                  device.info().name.c_str());
+      if (is_colour) std::printf("; power %.3f", result.powers[i]);
+      std::printf("\n");
+    }
     out.print();
   }
   options.report.write(report);

@@ -63,8 +63,8 @@ ColourQualityResult assess_colours(const cl::Device& device, const std::vector<S
   ColourQualityResult result;
   auto keeping = how;
   keeping.keep_field = true;
-  result.render = timed(result.seconds["render"],
-                        [&] { return render_colours(device, scenes, world, keeping); });
+  result.render =
+      timed(result.seconds["render"], [&] { return render(device, scenes, world, keeping); });
   const auto lasers = scenes.at(0).colour.value().lasers;
 
   // The lens uses the plans of the WRP method, whatever the method of the holograms
@@ -193,7 +193,7 @@ Json colour_quality_json(const std::vector<Scene>& scenes, const ColourQualityRe
   }
   json["seconds"] = result.seconds;
   std::vector<LaserFiles> none(scenes.size());
-  json["render"] = colour_report_json(scenes, result.render, none, device, how.fft);
+  json["render"] = report_json(scenes, result.render, none, device, how.fft);
   return json;
 }
 

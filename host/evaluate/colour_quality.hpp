@@ -24,7 +24,7 @@ struct ColourQualityRow {
 };
 
 struct ColourQualityResult {
-  ColourResult render;
+  Rendered render;
   glm::ivec2 picture_size{0, 0};  // pixels on the hologram's pitch, with the border
   double blur_px = 0;
   int border_px = 0;
@@ -45,7 +45,7 @@ ColourQualityResult assess_colours(const cl::Device& device, const std::vector<S
 /// Rows as in the result; columns: lens, hologram, difference of the luminances. As contact_sheet.
 ColourPicture contact_sheet(const ColourQualityResult& result);
 
-/// All figures as JSON, with colour_report_json as "render".
+/// All figures as JSON, with report_json as "render".
 nlohmann::ordered_json colour_quality_json(const std::vector<Scene>& scenes,
                                            const ColourQualityResult& result,
                                            const cl::DeviceInfo& device, const RenderOptions& how,

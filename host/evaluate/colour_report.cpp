@@ -53,14 +53,18 @@ Json colour_json(const ColourSpec& colour) {
   return j;
 }
 
-LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined) {
-  const auto name = laser_name(laser.plan.wavelength_m);
+std::string laser_suffix(double wavelength_m, std::size_t lasers) {
+  return lasers > 1 ? "_" + laser_name(wavelength_m) : "";
+}
+
+LaserFiles files_of_laser(const RenderResult& laser, const std::string& suffix, bool keeps_field,
+                          bool keeps_refined) {
   LaserFiles files;
   for (int frame = 0; frame < laser.plan.frames; ++frame)
-    files.pictures.push_back("hologram_" + name +
+    files.pictures.push_back("hologram" + suffix +
                              (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
-  if (keeps_field) files.field = "field_" + name + ".npy";
-  if (keeps_refined && laser.refined) files.refined = "refined_" + name + ".npy";
+  if (keeps_field) files.field = "field" + suffix + ".npy";
+  if (keeps_refined && laser.refined) files.refined = "refined" + suffix + ".npy";
   return files;
 }
 
@@ -74,9 +78,10 @@ glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m
   return field;
 }
 
-Json colour_report_json(const std::vector<Scene>& scenes, const ColourResult& result,
-                        const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
-                        cl::FftBackend fft) {
+Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
+                 const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                 cl::FftBackend fft) {
+  if (scenes.size() == 1) return render_report_json(scenes[0], result.lasers[0], device, fft);
   Json j{{"raywave", version}};
   j["colour"] = colour_json(scenes.at(0).colour.value());
   const double share = 1.0 / static_cast<double>(scenes.size());
@@ -131,6 +136,7 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
 }
 
 std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
+  if (scenes.size() == 1) return {};
   const auto& lasers = scenes.at(0).colour.value().lasers;
   if (!scenes[0].slm.illumination.is_plane()) return {};  // fields are of plane light
   const auto ends = std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());

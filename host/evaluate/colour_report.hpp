@@ -31,20 +31,26 @@ struct LaserFiles {
 /// What reports say of the lasers.
 nlohmann::ordered_json colour_json(const ColourSpec& colour);
 
-/// The files that a render in colour writes of a laser, by name.
-LaserFiles files_of_laser(const RenderResult& laser, bool keeps_field, bool keeps_refined);
+/// "_638nm" in the names of a laser's files; "" where there is but one.
+std::string laser_suffix(double wavelength_m, std::size_t lasers);
 
-/// The report of a render in colour: the lasers, what they need, and the report of each.
-nlohmann::ordered_json colour_report_json(const std::vector<Scene>& scenes,
-                                          const ColourResult& result,
-                                          const std::vector<LaserFiles>& files,
-                                          const cl::DeviceInfo& device, cl::FftBackend fft);
+/// The files that a render writes of a laser, by name.
+LaserFiles files_of_laser(const RenderResult& laser, const std::string& suffix, bool keeps_field,
+                          bool keeps_refined);
+
+/// The report of a render: that of the one laser, or the lasers, what they need, and the report of
+/// each.
+///
+/// files  of each laser, where there are several
+nlohmann::ordered_json report_json(const std::vector<Scene>& scenes, const Rendered& result,
+                                   const std::vector<LaserFiles>& files,
+                                   const cl::DeviceInfo& device, cl::FftBackend fft);
 
 /// What the report of a render in colour says of its lasers.
 struct ReportedLasers {
   LaserSet lasers;
   std::array<LaserFiles, 3> files;
-  std::array<double, 3> powers{};  // as in ColourResult
+  std::array<double, 3> powers{};  // as in Rendered
 
   /// Factor of the light that a hologram shows, so that it is 1 for all lasers where it is white.
   double gain(std::size_t laser) const { return powers[laser] / lasers.white_powers[laser]; }

@@ -14,7 +14,7 @@
 
 namespace raywave {
 
-/// The report of a render: effective scene, plan, device, versions, seconds of each stage, peak
+/// The report of a laser: effective scene, plan, device, versions, seconds of each stage, peak
 /// memory.
 nlohmann::ordered_json render_report_json(const Scene& scene, const RenderResult& result,
                                           const cl::DeviceInfo& device, cl::FftBackend fft);

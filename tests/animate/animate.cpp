@@ -688,7 +688,7 @@ TEST_CASE("in colour, all lasers and pictures have one brightness, of amplitudes
       run_colours(Animator(device, scenes, cl::FftBackend::host), folder / "",
                   FrameStorage::stream);
       const auto raw = bytes_of(folder / "frames.raw");
-      const auto still = render_colours(device, scenes, world_of(scenes[0]));
+      const auto still = render(device, scenes, world_of(scenes[0]));
       const auto powers = FrameFiles::powers(folder / "");
       REQUIRE(powers.size() == 2);
       // Where amplitudes are shown, 1 is white of which nothing is clipped

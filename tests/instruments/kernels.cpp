@@ -273,7 +273,7 @@ void in_colour(const cl::Device& device, const Folder& folder) {
     scene.colour = colour;
     scene.hologram.wavelength_m = colour.lasers.wavelengths_m[colour.laser++];
   }
-  for (const auto& laser : render_colours(device, scenes, build_world(scenes[0])).lasers)
+  for (const auto& laser : render(device, scenes, build_world(scenes[0])).lasers)
     CHECK(test::all_finite(laser.field.samples));
 }
 

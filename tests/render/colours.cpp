@@ -73,7 +73,7 @@ TEST_CASE("each laser's hologram is bit-equal to that of its wavelength rendered
   const auto scenes = load_colours(file, set);
   const auto world = build_world(scenes[0]);
   for (const auto& device : test::all_devices()) {
-    const auto all = render_colours(device, scenes, world);
+    const auto all = render(device, scenes, world);
     REQUIRE(all.lasers.size() == 3);
     for (const auto* only : {"638 nm", "520 nm", "450 nm"}) {
       CAPTURE(only);
@@ -108,7 +108,7 @@ TEST_CASE("an environment's colour is that of the light on a white card") {
                     "\n[[object]]\nmesh = \"card.obj\"\nwidth = \"0.3 mm\"\n"
                     "material = \"card\"\nposition = [0, 0, \"20 mm\"]\n");
     const auto scenes = load_colours(file);
-    return render_colours(device, scenes, build_world(scenes[0])).lasers;
+    return render(device, scenes, build_world(scenes[0])).lasers;
   };
   for (const auto& device : test::all_devices()) {
     const auto lit = fields("coloured.exr", "1", device),
@@ -212,7 +212,7 @@ TEST_CASE("a white card is D65, and colours are what the lasers mix of them") {
       CAPTURE(colour.r, colour.g, colour.b);
       const auto scenes = load_colours(scene_file(folder, cards({colour})), {"slm.encoding=phase"});
       const auto lasers = scenes[0].colour->lasers;
-      const auto result = render_colours(device, scenes, build_world(scenes[0]));
+      const auto result = render(device, scenes, build_world(scenes[0]));
       if (colour == colours[0]) {
         // Mixed by the lasers at the powers that the report states, phases alone
         glm::dvec3 xyz(0), of_fields(0);
@@ -243,7 +243,7 @@ TEST_CASE("encodings that show amplitudes have one scale for all lasers") {
       load_colours(scene_file(folder, cards({{0.05, 0.2, 0.7}})), {"slm.encoding=double-phase"});
   const auto world = build_world(scenes[0]);
   for (const auto& device : test::all_devices()) {
-    const auto result = render_colours(device, scenes, world);
+    const auto result = render(device, scenes, world);
     const double brightest = result.lasers[2].clip;
     REQUIRE(brightest > 0);
     std::array<double, 3> needed{};  // white's powers, and what clipping takes away
@@ -309,7 +309,7 @@ TEST_CASE(
     const auto xyz_from_rgb = xyz_from_srgb();
     const auto white = xyz_from_rgb * glm::dvec3(1);
     for (const auto& device : test::all_devices()) {
-      const auto result = render_colours(device, scenes, world);
+      const auto result = render(device, scenes, world);
       std::array<glm::dvec3, 24> shown{}, true_xyz{};
       for (std::size_t laser = 0; laser < 3; ++laser) {
         ReconstructSpec what;
