@@ -124,7 +124,7 @@ std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<doubl
 Rendered rendered_of(const cl::Device& device, const std::vector<Scene>& scenes,
                      std::vector<RenderResult> lasers, bool keep_field);
 
-/// Renders the scenes of load_colours, which share the world. Each laser's field is bit-identical
+/// Renders the scenes of load_scenes, which share the world. Each laser's field is bit-identical
 /// to that of its scene rendered alone. So are its levels, but that encodings of amplitudes share
 /// one scale: that of the brightest laser (RenderResult::clip).
 ///
@@ -158,7 +158,7 @@ public:
   /// The same of several lasers. Each has planes and fields of its own, and may take its share of
   /// the memory that there is.
   ///
-  /// scenes  of load_colours
+  /// scenes  of load_scenes
   Renderer(const cl::Device& device, std::vector<Scene> scenes, World world,
            RenderOptions options = {});
   ~Renderer();

@@ -43,7 +43,7 @@ public:
   Animator(const cl::Device& device, Scene scene, cl::FftBackend fft);
   /// The same in colour: a hologram of each laser wherever there is one of one wavelength.
   ///
-  /// scenes  of load_colours
+  /// scenes  of load_scenes
   Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft);
 
   /// Of the first picture.

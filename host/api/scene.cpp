@@ -84,7 +84,7 @@ Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
   auto state = std::make_shared<Scene::State>();
   state->text = std::move(text);
   state->overrides = overrides;
-  state->scenes = raywave::parse_colours(state->text, overrides);
+  state->scenes = raywave::parse_scenes(state->text, overrides);
   apply_changes(*state);
   return Scene(std::move(state));
 }
@@ -182,7 +182,7 @@ void Scene::set(const std::vector<std::string>& overrides) {
         "the scene of a plan has its values chosen: set them in the scene that was planned");
   auto next = std::make_shared<State>(*state_);
   next->overrides.insert(next->overrides.end(), overrides.begin(), overrides.end());
-  next->scenes = raywave::parse_colours(next->text, next->overrides);
+  next->scenes = raywave::parse_scenes(next->text, next->overrides);
   for (const auto& one : overrides) {
     next->meshes.resize(next->scene().objects.size());
     drop_replaced(*next, one);

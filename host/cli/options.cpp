@@ -89,7 +89,7 @@ void ReportOptions::write(const Json& value) const {
 
 std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
                             const ReportOptions& report) {
-  auto scenes = load_colours(file, set);
+  auto scenes = load_scenes(file, set);
   for (const auto& note : scenes[0].notes) report.note(note);
   return scenes;
 }

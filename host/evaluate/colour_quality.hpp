@@ -32,7 +32,7 @@ struct ColourQualityResult {
   std::map<std::string, double> seconds;  // render, reconstruct, lens
 };
 
-/// Renders the scenes of load_colours, and compares what the SLM shows with lens_picture. A common
+/// Renders the scenes of load_scenes, and compares what the SLM shows with lens_picture. A common
 /// factor of the brightness does not count, one of a colour does.
 ///
 /// how     of the rendering; its progress is called for all steps

@@ -407,12 +407,12 @@ Scene load_scene(const std::filesystem::path& file, const std::vector<std::strin
   return parse_scene(read_scene_text(file), overrides);
 }
 
-std::vector<Scene> load_colours(const std::filesystem::path& file,
-                                const std::vector<std::string>& overrides) {
-  return parse_colours(read_scene_text(file), overrides);
+std::vector<Scene> load_scenes(const std::filesystem::path& file,
+                               const std::vector<std::string>& overrides) {
+  return parse_scenes(read_scene_text(file), overrides);
 }
 
-std::vector<Scene> parse_colours(const SceneText& text, const std::vector<std::string>& overrides) {
+std::vector<Scene> parse_scenes(const SceneText& text, const std::vector<std::string>& overrides) {
   std::vector<Scene> scenes{parse_laser(text, overrides, std::size_t{0})};
   if (!scenes[0].colour) return scenes;
   if (scenes[0].colour->only) return {parse_laser(text, overrides, {})};

@@ -268,10 +268,10 @@ Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrid
 
 /// The scenes of all lasers, in the order of hologram.wavelength; one where it is one wavelength or
 /// colour.only names one. They differ in what depends on the wavelength alone.
-std::vector<Scene> parse_colours(const SceneText& text,
-                                 const std::vector<std::string>& overrides = {});
-std::vector<Scene> load_colours(const std::filesystem::path& file,
+std::vector<Scene> parse_scenes(const SceneText& text,
                                 const std::vector<std::string>& overrides = {});
+std::vector<Scene> load_scenes(const std::filesystem::path& file,
+                               const std::vector<std::string>& overrides = {});
 
 /// Reads and checks a scene file (docs/scene.md lists every key).
 ///

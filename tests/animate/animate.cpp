@@ -609,7 +609,7 @@ TEST_CASE("in colour, each laser's holograms are those of an animation of it alo
              "of = \"object.1.rotation\"\nat = [0, 3]\nvalues = [[0, 0, 0], [0, 20, 90]]\n");
   const std::vector<std::string> keys{three, "slm.encoding=phase"};
   for (const auto& device : all_devices()) {
-    const Animator animator(device, load_colours(desk.file("scene.toml"), keys),
+    const Animator animator(device, load_scenes(desk.file("scene.toml"), keys),
                             cl::FftBackend::host);
     CHECK(animator.laser_names() == laser_names);
     const Folder whole, stream;
@@ -683,7 +683,7 @@ TEST_CASE("in colour, all lasers and pictures have one brightness, of amplitudes
       CAPTURE(how);
       const bool shows_amplitudes = how == "slm.encoding=double-phase";
       const auto scenes =
-          load_colours(desk.file("scene.toml"), {three, "object.0.material=red", how});
+          load_scenes(desk.file("scene.toml"), {three, "object.0.material=red", how});
       const Folder folder;
       run_colours(Animator(device, scenes, cl::FftBackend::host), folder / "",
                   FrameStorage::stream);

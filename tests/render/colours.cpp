@@ -70,7 +70,7 @@ TEST_CASE("each laser's hologram is bit-equal to that of its wavelength rendered
   const auto file =
       scene_file(folder, lit_teapot + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}, {0.2, 0.3, 0.9}}));
   const std::vector<std::string> set{"slm.encoding=phase", "sampling.frames=2"};
-  const auto scenes = load_colours(file, set);
+  const auto scenes = load_scenes(file, set);
   const auto world = build_world(scenes[0]);
   for (const auto& device : test::all_devices()) {
     const auto all = render(device, scenes, world);
@@ -107,7 +107,7 @@ TEST_CASE("an environment's colour is that of the light on a white card") {
                     "\"\nsamples = 16\n[materials.card]\nambient = 0\ndiffuse = " + diffuse +
                     "\n[[object]]\nmesh = \"card.obj\"\nwidth = \"0.3 mm\"\n"
                     "material = \"card\"\nposition = [0, 0, \"20 mm\"]\n");
-    const auto scenes = load_colours(file);
+    const auto scenes = load_scenes(file);
     return render(device, scenes, build_world(scenes[0])).lasers;
   };
   for (const auto& device : test::all_devices()) {
@@ -135,7 +135,7 @@ TEST_CASE("a renderer of three lasers shows every pose as renderers of one laser
       "position = [\"0.2 mm\", 0, \"21 mm\"]\nrotation = [0, 20, 0]\n";
   for (const auto& objects : {lit_teapot, lit_teapot + mirror}) {
     const auto scenes =
-        load_colours(scene_file(folder, objects + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})));
+        load_scenes(scene_file(folder, objects + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})));
     const auto world = build_world(scenes[0]);
     for (const auto& device : test::all_devices()) {
       Renderer together(device, scenes, world);
@@ -167,7 +167,7 @@ TEST_CASE("lasers share samples: the same places, phases and visibility") {
   const Folder folder;
   folder.write("ball.obj", test::ball_obj(24, 12));
   const auto scenes =
-      load_colours(scene_file(folder, lit_teapot + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})));
+      load_scenes(scene_file(folder, lit_teapot + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})));
   const auto world = build_world(scenes[0]);
   for (const auto& device : test::all_devices()) {
     std::vector<device::Sample> first;
@@ -210,7 +210,7 @@ TEST_CASE("a white card is D65, and colours are what the lasers mix of them") {
     std::array<double, 3> of_white{};
     for (const auto& colour : colours) {
       CAPTURE(colour.r, colour.g, colour.b);
-      const auto scenes = load_colours(scene_file(folder, cards({colour})), {"slm.encoding=phase"});
+      const auto scenes = load_scenes(scene_file(folder, cards({colour})), {"slm.encoding=phase"});
       const auto lasers = scenes[0].colour->lasers;
       const auto result = render(device, scenes, build_world(scenes[0]));
       if (colour == colours[0]) {
@@ -240,7 +240,7 @@ TEST_CASE("a white card is D65, and colours are what the lasers mix of them") {
 TEST_CASE("encodings that show amplitudes have one scale for all lasers") {
   const Folder folder;
   const auto scenes =
-      load_colours(scene_file(folder, cards({{0.05, 0.2, 0.7}})), {"slm.encoding=double-phase"});
+      load_scenes(scene_file(folder, cards({{0.05, 0.2, 0.7}})), {"slm.encoding=double-phase"});
   const auto world = build_world(scenes[0]);
   for (const auto& device : test::all_devices()) {
     const auto result = render(device, scenes, world);
@@ -299,11 +299,11 @@ TEST_CASE(
         Case{"refine.views=0", "2", true, 1, 0.5}, Case{"refine.views=0", "4", true, 1, 0.5}}) {
     INFO(c.setting << ", frames " << c.frames << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
-        load_colours(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
-                     {c.setting, std::string("sampling.frames=") + c.frames, "trace.shadows=false",
-                      "light=[{type = \"ambient\"}]",
-                      "object=[{mesh = \"colour_chart.ply\", width = \"5 mm\", position = [0, 0, "
-                      "\"103 mm\"]}]"});
+        load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
+                    {c.setting, std::string("sampling.frames=") + c.frames, "trace.shadows=false",
+                     "light=[{type = \"ambient\"}]",
+                     "object=[{mesh = \"colour_chart.ply\", width = \"5 mm\", position = [0, 0, "
+                     "\"103 mm\"]}]"});
     const auto world = build_world(scenes[0]);
     const auto& lasers = scenes[0].colour->lasers;
     const auto xyz_from_rgb = xyz_from_srgb();

@@ -42,7 +42,7 @@ std::vector<fs::path> demo_files() {
 void read_as_the_program_does(const fs::path& file) {
   const auto kind = file.extension();
   if (kind == ".toml" && file.filename() == "bench.toml") load_slm(file, 638e-9);
-  if (kind == ".toml" && file.filename() != "bench.toml") load_colours(file);
+  if (kind == ".toml" && file.filename() != "bench.toml") load_scenes(file);
   if (kind == ".ply" || kind == ".glb") load_mesh(file, Normals::smooth, "here");
   if (kind == ".npy") load_npy(file);
   if (kind == ".json") hologram_of_report(file);

@@ -32,7 +32,7 @@ struct Files {
       if (one)
         load_scene(file);
       else
-        load_colours(file);
+        load_scenes(file);
     } catch (const InputError& error) {
       return error.what();
     }
@@ -48,7 +48,7 @@ bool holds(const std::string& text, const std::string& part) {
 
 TEST_CASE("a list of wavelengths makes a scene for each laser, which differ in it alone") {
   Files files;
-  const auto scenes = load_colours(files.with(text_of(
+  const auto scenes = load_scenes(files.with(text_of(
       three, "[materials.g]\ntransparency = 1\nior = {\"450 nm\" = 1.53, \"650 nm\" = 1.51}\n")));
   REQUIRE(scenes.size() == 3);
   const double wavelengths_m[] = {638e-9, 520e-9, 450e-9};
@@ -74,9 +74,9 @@ TEST_CASE("colour.only takes one laser of the list") {
   CHECK(scene.hologram.wavelength_m == Catch::Approx(520e-9));
   REQUIRE(scene.colour);
   CHECK(scene.colour->laser == 1);
-  CHECK(load_colours(file, {"colour.only=450 nm"}).size() == 1);
-  CHECK(load_colours(file, {"colour.only=all"}).size() == 3);
-  CHECK(load_colours(files.with(text_of("\"520 nm\""))).size() == 1);
+  CHECK(load_scenes(file, {"colour.only=450 nm"}).size() == 1);
+  CHECK(load_scenes(file, {"colour.only=all"}).size() == 3);
+  CHECK(load_scenes(files.with(text_of("\"520 nm\""))).size() == 1);
   CHECK(!load_scene(files.with(text_of("\"520 nm\""))).colour);
 }
 
@@ -90,7 +90,7 @@ TEST_CASE("LUTs are those of each laser's wavelength") {
   files.folder.write("red.csv", ramp);
   files.folder.write("green.csv", steep);
   files.folder.write("blue.csv", ramp);
-  const auto scenes = load_colours(
+  const auto scenes = load_scenes(
       files.with(text_of(three,
                          "[slm]\nlut = {\"638 nm\" = \"red.csv\", \"520 nm\" = \"green.csv\", "
                          "\"450 nm\" = \"blue.csv\"}\n")));
