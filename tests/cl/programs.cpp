@@ -218,6 +218,12 @@ TEST_CASE(
   CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
   CHECK(run(offline + " kernels -o " + file("programs")) == 3);
 
+  const auto lasers =
+      file("scene.toml") + " --set 'hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]'";
+  CHECK(run(program + " kernels -o " + file("of_lasers") + " " + lasers) == 0);
+  CHECK(run("RAYWAVE_PROGRAM_DIR=" + file("of_lasers") + " " + program + " render " + lasers +
+            " -o " + file("lasers")) == 0);
+
   CHECK(run(program + " kernels --sources -o " + file("sources") + " " + file("scene.toml")) == 0);
   std::ifstream manifest(folder / "sources" / "manifest.tsv");
   int lines = 0;
