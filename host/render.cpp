@@ -13,13 +13,12 @@
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/encode_stage.hpp"
+#include "host/plan/cautions.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/plan/predict/cost.hpp"
-#include "host/plan/predict/memory.hpp"
-#include "host/plan/predict/warnings.hpp"
+#include "host/plan/memory.hpp"
 #include "host/propagate/propagate_stage.hpp"
+#include "host/trace/device_limits.hpp"
 #include "host/trace/trace_stage.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave {
 
@@ -291,9 +290,7 @@ void Renderer::State::make_first_plan() {
   cautions = cut_warnings(scene, world_, plan);
   for (auto& warning : thin_object_warnings(scene, world_, plan))
     cautions.push_back(std::move(warning));
-  if (options_.predicted && number_ == 0)
-    options_.predicted(predicted_s(scene, world_, plan, options_.rates) *
-                       static_cast<double>(lasers_.size()));
+  if (options_.planned && number_ == 0) options_.planned(scene, world_, plan);
   report("tree and kernels", 0);
   stages = std::make_unique<Stages>(*this, times_);
 }

@@ -17,7 +17,6 @@
 #include "host/encode/panel.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/plan/predict/rates.hpp"
 #include "host/refine/refine_stage.hpp"
 #include "host/scene/scene.hpp"
 
@@ -42,10 +41,8 @@ struct RenderOptions {
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
-  // Called before the first picture with the time that it is predicted to take; in colour, those
-  // of all lasers
-  std::function<void(double seconds)> predicted;
-  DeviceRates rates = default_rates();  // for that prediction
+  // Called once, before the first picture, with the plan of the first laser: for forecasts
+  std::function<void(const Scene&, const World&, const Plan&)> planned;
 };
 
 struct RenderResult {

@@ -16,9 +16,9 @@
 #include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/make_plan.hpp"
+#include "host/plan/memory.hpp"
 #include "host/plan/message_text.hpp"
-#include "host/plan/predict/memory.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/trace/device_limits.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -110,8 +110,9 @@ Camera Animator::camera(int picture) const {
     glm::dvec2 lit_m(0);
     for (const auto& laser : lasers_) {
       const auto sine = glm::min(laser.plan->largest_sine, glm::dvec2(0.99));
-      lit_m = glm::max(lit_m, glm::dvec2(first.size) * first.pitch_m +
-                                  2 * laser.plan->farthest_m * sine / glm::sqrt(1.0 - sine * sine));
+      lit_m =
+          glm::max(lit_m, glm::dvec2(first.size) * first.pitch_m +
+                              2 * laser.plan->farthest_m() * sine / glm::sqrt(1.0 - sine * sine));
     }
     camera.window_m = glm::min(2.0 * window_margin * reach_m_, lit_m);
   }

@@ -12,9 +12,9 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
-#include "host/plan/predict/presets.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave::v0 {
 namespace {
@@ -49,7 +49,6 @@ raywave::RenderOptions options_of(const RenderOptions& options, const Opened& op
   how.fft = opened.fft;
   how.keep_field = options.keep_field;
   how.progress = progress_of(options.progress);
-  how.rates = figures_of(opened.device.info()).rates;
   return how;
 }
 

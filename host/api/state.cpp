@@ -9,7 +9,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/forecast/tuning.hpp"
 
 namespace raywave::v0 {
 namespace {

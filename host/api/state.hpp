@@ -15,7 +15,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
-#include "host/plan/predict/presets.hpp"
+#include "host/forecast/presets.hpp"
 #include "host/render.hpp"
 #include "host/scene/files.hpp"
 #include "host/scene/read_slm.hpp"

@@ -25,8 +25,8 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/scene/scene_json.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 

@@ -11,8 +11,8 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/render.hpp"
-#include "host/trace/tuning.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
 

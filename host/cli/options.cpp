@@ -12,10 +12,10 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
-#include "host/trace/tuning.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave::cli {

@@ -18,7 +18,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
-#include "host/plan/predict/presets.hpp"
+#include "host/forecast/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
 #include "host/view/colour_picture.hpp"

@@ -9,7 +9,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/forecast/tuning.hpp"
 
 namespace raywave::cli {
 namespace {

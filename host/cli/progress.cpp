@@ -8,6 +8,8 @@
 #include <cstdio>
 
 #include "host/common/text.hpp"
+#include "host/forecast/cost.hpp"
+#include "host/forecast/tuning.hpp"
 
 namespace raywave::cli {
 
@@ -52,9 +54,13 @@ void say_time(ProgressBar& bar, double seconds, const std::string& what,
     bar.say(what + " will take about " + duration_text(seconds) + "; " + advice);
 }
 
-void say_render_time(ProgressBar& bar, double seconds, const std::string& what) {
-  say_time(bar, seconds, what,
-           "raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+std::function<void(const Scene&, const World&, const Plan&)> say_render_time(
+    ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers, const std::string& what) {
+  return [&bar, rates = figures_of(device).rates, lasers, what](
+             const Scene& scene, const World& world, const Plan& plan) {
+    say_time(bar, static_cast<double>(lasers) * predicted_s(scene, world, plan, rates), what,
+             "raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+  };
 }
 
 }  // namespace raywave::cli

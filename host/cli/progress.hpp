@@ -2,7 +2,12 @@
 #pragma once
 
 #include <chrono>
+#include <functional>
 #include <string>
+
+#include "cl/device.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/plan.hpp"
 
 namespace raywave::cli {
 
@@ -29,7 +34,9 @@ private:
 /// what    "this", "the render"
 /// advice  what takes less
 void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice);
-/// The same of a render, as it is predicted.
-void say_render_time(ProgressBar& bar, double seconds, const std::string& what = "this");
+/// RenderOptions::planned that says the same of a render, as it is predicted for all its lasers.
+std::function<void(const Scene&, const World&, const Plan&)> say_render_time(
+    ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
+    const std::string& what = "this");
 
 }  // namespace raywave::cli

@@ -19,8 +19,8 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_quality.hpp"
 #include "host/evaluate/colour_report.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/scene/image.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 
@@ -48,8 +48,9 @@ QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
 }
 
 /// Lets long steps say how long they take.
-void say_times(ProgressBar& bar, RenderOptions& how, QualitySpec& spec) {
-  how.predicted = [&](double seconds) { say_render_time(bar, seconds, "the render"); };
+void say_times(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
+               RenderOptions& how, QualitySpec& spec) {
+  how.planned = say_render_time(bar, device, lasers, "the render");
   spec.lens_progress = [&, forecast = Forecast()](double seen, double all) mutable {
     if (const auto seconds = forecast.add(seen, all))
       say_time(bar, *seconds, "the lens",
@@ -126,7 +127,7 @@ void run_quality_lasers(const QualityArguments& options, const std::vector<Scene
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    say_times(bar, how, spec);
+    say_times(bar, device.info(), scenes.size(), how, spec);
     const auto world = build_world(scenes[0]);
     if (const auto warning = colour_warning(scenes, world); !warning.empty())
       options.report.note(warning);
@@ -154,7 +155,6 @@ void run_quality(const QualityArguments& options) {
   how.fft = options.device.backend(device.info());
   how.method = options.method.method();
   how.rays_per_axis = options.method.rays_per_axis;
-  how.rates = figures_of(device.info()).rates;
   if (scenes.size() > 1) {
     run_quality_lasers(options, scenes, device, how);
     return;
@@ -163,7 +163,7 @@ void run_quality(const QualityArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    say_times(bar, how, spec);
+    say_times(bar, device.info(), scenes.size(), how, spec);
     result = assess(device, scene, how, spec);
   }
 

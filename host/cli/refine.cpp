@@ -24,13 +24,13 @@
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/slm_json.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/units.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 
@@ -193,8 +193,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   how.refine_starts = starts_of(options.start, scenes);
   how.fft = options.device.backend(device.info());
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
-  how.rates = figures_of(device.info()).rates;
+  how.planned = say_render_time(bar, device.info(), scenes.size());
   bar.show("meshes", 0);
   const auto world = build_world(scenes[0]);
   std::vector<std::string> notes;

@@ -26,7 +26,6 @@
 #include "host/evaluate/stopwatch.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave::cli {
 
@@ -121,7 +120,7 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
                         std::vector<std::string>& notes) {
   ProgressBar bar(options.report.quiet);
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  how.predicted = [&](double seconds) { say_render_time(bar, seconds); };
+  how.planned = say_render_time(bar, device.info(), scenes.size());
   bar.show("meshes", 0);
   const Stopwatch of_meshes;
   auto world = build_world(scenes[0]);
@@ -155,7 +154,6 @@ void run_render(const RenderArguments& options) {
   how.rays_per_axis = options.method.rays_per_axis;
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
-  how.rates = figures_of(device.info()).rates;
   OutputSet out(options.out);
   std::vector<std::string> notes;
   const auto result = render_planned(options, scenes, device, how, notes);

@@ -11,7 +11,7 @@
 #include "host/cli/options.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave::cli {

@@ -13,7 +13,7 @@
 #include "cl/program.hpp"
 #include "host/common/npy.hpp"
 #include "host/encode/panel.hpp"
-#include "host/plan/predict/memory.hpp"
+#include "host/plan/memory.hpp"
 #include "host/propagate/tile_field.hpp"
 
 namespace raywave {

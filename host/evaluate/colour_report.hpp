@@ -10,8 +10,8 @@
 #include <string>
 #include <vector>
 
+#include "host/forecast/presets.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/predict/presets.hpp"
 #include "host/render.hpp"
 #include "host/scene/scene.hpp"
 

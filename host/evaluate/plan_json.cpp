@@ -3,6 +3,7 @@
 
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -100,9 +101,9 @@ Json plan_json(const Plan& plan) {
          {"near_m", plan.near_m},
          {"far_m", plan.far_m},
          {"padded", json_of(plan.padded)},
-         {"cone_error", plan.cone_error},
-         {"padding_error", plan.padding_error},
-         {"rays", plan.rays}};
+         {"cone_error", cone_error_of(plan)},
+         {"padding_error", padding_error_of(plan)},
+         {"rays", primary_rays(plan)}};
   if (plan.bounces > 0)
     j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
   if (plan.bounces > 0 && plan.has_specular_samples())
@@ -136,14 +137,15 @@ Json plan_json(const Plan& plan) {
 
 Json accuracy_json(const AccuracySpec& accuracy, const Plan& plan) {
   Json predicted;
+  const auto errors = phase_errors_of(plan);
   for (const auto p : {Precision::floats, Precision::doubles}) {
-    const auto& e = plan.phase_errors[static_cast<std::size_t>(p)];
+    const auto& e = errors[static_cast<std::size_t>(p)];
     predicted[name_of(p)] = {{"waves", e.waves_turns},
                              {"bounces", e.bounces_turns},
                              {"propagation", e.propagate_turns},
                              {"total", e.total_turns()}};
   }
-  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  const double error = phase_error_turns(plan);
   return {{"precision", name_of(plan.precision)},
           {"predicted_phase_error_turns", predicted},
           {"wanted_phase_error_turns", accuracy.phase_turns},

@@ -9,6 +9,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -174,13 +175,13 @@ void add_samples(const Scene& scene, const Plan& plan, Rows& out) {
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at "
         << mm(plan.lattice.full_z_m + plan.lattice.eye_m.z) << "\n";
-  out << "rays      " << (plan.aimed ? "about " : "") << plan.rays << " per frame, "
+  out << "rays      " << (plan.aimed ? "about " : "") << primary_rays(plan) << " per frame, "
       << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
 }
 
 /// Precision, and the errors of what carries light to the hologram.
 void add_errors(const Scene& scene, const Plan& plan, Rows& out) {
-  const double error = plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
+  const double error = phase_error_turns(plan);
   out << "precision " << name_of(plan.precision) << (scene.accuracy.precision ? "" : " (auto)")
       << ", predicted phase error " << number(error) << " turn"
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
@@ -193,11 +194,11 @@ void add_errors(const Scene& scene, const Plan& plan, Rows& out) {
         << number(100 * plan.compact->error()) << " %\n";
   if (plan.aimed && !plan.compact && !is_near_hologram(plan))
     out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
-        << plan.apodization << ", error predicted " << number(100 * plan.cone_error) << " %\n";
+        << plan.apodization << ", error predicted " << number(100 * cone_error_of(plan)) << " %\n";
   if (!plan.compact && !plan.is_at_hologram())
     out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
         << scene.wrp.padding << "), propagation error predicted "
-        << number(100 * plan.padding_error) << " %\n";
+        << number(100 * padding_error_of(plan)) << " %\n";
 }
 
 void add_kernels(const Plan& plan, Rows& out) {

@@ -280,7 +280,7 @@ FieldComparison compare_with_points(const cl::Device& device, const Scene& scene
   by_points.method = Method::points;
   by_points.keep_wrps = false;
   by_points.keep_field = true;
-  by_points.predicted = nullptr;  // it was said of the holograms
+  by_points.planned = nullptr;  // it was said of the holograms
   return compare_fields(render(device, one_frame, world, by_points).field,
                         some_frames(field, 0, 1));
 }

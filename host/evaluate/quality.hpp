@@ -16,7 +16,7 @@
 #include <string>
 #include <vector>
 
-#include "host/plan/predict/judged_pictures.hpp"
+#include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "cl/fft.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/forecast/tuning.hpp"
 
 namespace raywave {
 

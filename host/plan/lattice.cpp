@@ -70,7 +70,7 @@ void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& t
 LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
                          glm::dvec2 largest_tangent, const ChiefTangents& lit) {
   LatticePlan lattice;
-  lattice.full_z_m = (plan.closest_m + plan.farthest_m) / 2;
+  lattice.full_z_m = (plan.closest_m + plan.farthest_m()) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
   const auto window = plan.window_m();
   std::array<Interval, 2> covered;
@@ -106,7 +106,7 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
     for (std::size_t i = 0; i < 2; ++i) {
       // What no place of the window shows is left out
       const auto axis = static_cast<int>(i);
-      const double reach_m = window[axis] / 2 + largest_tangent[axis] * plan.farthest_m;
+      const double reach_m = window[axis] / 2 + largest_tangent[axis] * plan.farthest_m();
       covered[i].add(std::clamp(p_m[axis], -reach_m, reach_m) / (p_m.z - lattice.eye_m.z));
     }
   }
@@ -114,7 +114,14 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
   return lattice;
 }
 
-std::uint64_t aimed_rays(const Plan& plan) {
+std::uint64_t primary_rays(const Plan& plan) {
+  if (!plan.aimed) {
+    std::uint64_t rays = 0;
+    for (const auto& wrp : plan.wrps)
+      rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) *
+              static_cast<std::uint64_t>(plan.tile_size.y);
+    return rays;
+  }
   double rays = 0;
   for (const auto& layer : plan.layers) {
     const double narrowed = layer.distance_m == 0

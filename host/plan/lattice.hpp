@@ -49,9 +49,9 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 /// is no steeper than the pixels can show.
 inline bool is_near_hologram(const Plan& plan) { return plan.lattice.eye_m.z != 0; }
 
-/// About how many rays are aimed at samples: as if one surface filled the lattice, the layers'
-/// middle depths in equal parts.
-std::uint64_t aimed_rays(const Plan& plan);
+/// Primary rays of a frame. Those that are aimed at samples are counted as if one surface filled
+/// the lattice, the layers' middle depths in equal parts.
+std::uint64_t primary_rays(const Plan& plan);
 
 /// Distance from surfaces at which rays start: beyond the rounding errors of coordinates, which
 /// grow with the distance from the scene's origin.

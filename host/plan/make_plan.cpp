@@ -10,15 +10,13 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/compact.hpp"
+#include "host/plan/compact_errors.hpp"
 #include "host/plan/fans.hpp"
 #include "host/plan/images.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
-#include "host/plan/predict/compact_errors.hpp"
-#include "host/plan/predict/judged_pictures.hpp"
-#include "host/plan/predict/propagation_errors.hpp"
-#include "host/plan/predict/slm_light.hpp"
+#include "host/plan/slm_stop.hpp"
 #include "host/plan/tiles.hpp"
 #include "host/plan/wrp_placement.hpp"
 #include "kernels/gather/compact_layout.h"
@@ -63,15 +61,6 @@ bool meets_hologram(const World& world, const Plan& plan) {
   if (plan.near_m > 0 || plan.far_m < 0) return false;
   const auto window = plan.window_m();
   return closest_m(world) < near_hologram * std::max(window.x, window.y);
-}
-
-/// Rays of all fans.
-std::uint64_t fan_rays(const Plan& plan) {
-  std::uint64_t rays = 0;
-  for (const auto& wrp : plan.wrps)
-    rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) *
-            static_cast<std::uint64_t>(plan.tile_size.y);
-  return rays;
 }
 
 /// Double phase brings haze into pictures that fill the band: the light of its checkerboard comes
@@ -180,7 +169,6 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   // Predictions divide by it
   const auto window = plan.window_m();
   plan.closest_m = std::max(closest_m(world), 1e-3 * std::max(window.x, window.y));
-  plan.farthest_m = std::max(std::abs(plan.near_m), std::abs(plan.far_m));
   plan.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
                    (plan.near_m + plan.far_m) / 2};
   plan.largest_sine = largest_sine_of(plan.wavelength_m, plan);
@@ -279,8 +267,6 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
                             placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
                             is_near;
 
-  plan.rays = plan.aimed ? aimed_rays(plan) : fan_rays(plan);
-
   // Scan lines, and the errors of virtual planes
   if (plan.compact && moved_from) {
     plan.compact = moved_from->compact;
@@ -294,17 +280,8 @@ Plan plan_as_asked(const Scene& scene, const World& world, Method method, int ra
   if (plan.compact) choose_for_highlights(plan, scene.wrp.lines.has_value());
 
   // The precision that keeps the phase error
-  plan.phase_errors = predict_phase_errors(plan);
-  plan.precision = choose_precision(scene.accuracy, plan.phase_errors, has_doubles);
-
-  // Errors of the field that the settings bring with them
-  if (method == Method::wrp && plan.aimed) plan.cone_error = plan.cone().field_error();
-  if (method == Method::wrp && moved_from) {
-    plan.why_tiles = moved_from->why_tiles;
-    plan.padding_error = moved_from->padding_error;
-  } else if (method == Method::wrp && !plan.compact) {
-    plan.padding_error = predicted_padding_errors(plan, {plan.padded})[0];
-  }
+  plan.precision = choose_precision(scene.accuracy, phase_errors_of(plan), has_doubles);
+  if (method == Method::wrp && moved_from) plan.why_tiles = moved_from->why_tiles;
   return plan;
 }
 

@@ -10,7 +10,7 @@
 namespace raywave {
 
 /// The plan of a scene at its own settings. hologram.tiles "auto" is one tile here; fitting_plan
-/// (host/plan/predict/memory.hpp) knows how many fit.
+/// (host/plan/memory.hpp) knows how many fit.
 ///
 /// rays_per_axis  of Method::rays: directions across the cone that the SLM's pixels can show
 /// has_doubles    whether the device can compute in doubles, for accuracy.precision "auto"

@@ -24,6 +24,10 @@ namespace raywave {
 
 struct World;
 
+/// Standard deviation of the Gaussian blur, over the detail that counts. It stands for a viewer who
+/// resolves no more.
+inline constexpr double blur_of_resolution = 0.6;
+
 /// Cells along a sampling pitch in which a surface that is blended is there or not: the rays of a
 /// sample meet different ones, and floats tell them apart.
 inline constexpr double blend_cells_of_pitch = 32;
@@ -94,7 +98,7 @@ struct CompactPlane {
   double highlight_margin_px = 4;
   // A sample has fewer where its error of them stays below this, relative; 0: all have as many
   double lines_tolerance = 0;
-  // Predicted relative L2 errors of the field (host/plan/predict/compact_errors.hpp)
+  // Predicted relative L2 errors of the field (host/plan/compact_errors.hpp)
   double window_error = 0, lines_error = 0;
   // Of light that is the scene's sharpest highlights alone, between the scan lines; no part of
   // error(), since most light is of other kinds
@@ -132,18 +136,6 @@ struct Images {
 
   bool holds(const Image& image) const { return near_m <= image.at_m.z && image.at_m.z <= far_m; }
 };
-
-/// Predicted errors of phase in turns, root mean square over a field; 2 pi times their sum is the
-/// field's relative L2 error.
-struct PhaseError {
-  double waves_turns = 0;      // from samples, or hits, to the pixels of the WRPs
-  double bounces_turns = 0;    // of paths over mirrors and through glass
-  double propagate_turns = 0;  // from the WRPs to the hologram
-
-  double total_turns() const { return waves_turns + bounces_turns + propagate_turns; }
-};
-
-using PhaseErrors = std::array<PhaseError, 2>;  // by Precision
 
 /// The lights and materials of the scene that a plan was made for.
 struct Lighting {
@@ -204,8 +196,7 @@ struct Plan {
   glm::dvec3 origin_m{0};       // of the scene frame, in world coordinates: middle of the scene
   // Depths of the surfaces nearest to the eye and farthest from it, world z
   double near_m = 0, far_m = 0;
-  // Smallest and largest distance of surfaces from the hologram's plane
-  double closest_m = 0, farthest_m = 0;
+  double closest_m = 0;            // smallest distance of surfaces from the hologram's plane
   std::vector<DepthLayer> layers;  // front to back; every depth belongs to one of them
   glm::ivec2 grid{1, 1};           // holograms side by side that cover the WRPs of all layers
   // Tile by tile, layer by layer, row by row from the top left; when rays are aimed, without those
@@ -238,13 +229,6 @@ struct Plan {
   bool beyond_diffraction = false;  // some light of the scene would be steeper
   glm::ivec2 padded{1, 1};          // size that is transformed, unless by virtual planes
   Precision precision = Precision::floats;
-  PhaseErrors phase_errors;  // predicted, by precision
-  // Predicted relative L2 error of the field at the hologram
-  // (host/plan/predict/propagation_errors.hpp); 0 where nothing is propagated
-  double padding_error = 0;
-  // The same, of what the cone leaves out of each sample's wave (host/plan/cone.hpp); 0 for fans
-  double cone_error = 0;
-  std::uint64_t rays = 0;  // primary rays of a frame
 
   Channels channels() const { return {channel_of(wavelength_m), colour.has_value()}; }
   /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
@@ -254,6 +238,8 @@ struct Plan {
   bool has_specular_samples() const { return aimed && bounces > 0; }
   const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
   const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
+  /// Largest distance of surfaces from the hologram's plane.
+  double farthest_m() const { return std::max(std::abs(near_m), std::abs(far_m)); }
   // Sides of the hologram
   glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }
   glm::dvec2 tile_window_m() const { return glm::dvec2(tile_size) * pitch_m; }  // of a tile

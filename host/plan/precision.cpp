@@ -32,7 +32,7 @@ constexpr double tile_reach_rows = 8;
 
 }  // namespace
 
-PhaseErrors predict_phase_errors(const Plan& plan) {
+PhaseErrors phase_errors_of(const Plan& plan) {
   double path_m = 0, propagated_m = 0;
   for (const auto& wrp : plan.wrps) {
     const auto& layer = plan.layer_of(wrp);

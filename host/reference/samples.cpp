@@ -225,7 +225,7 @@ private:
     auto radiance = seen(m.ambient) * texel * ambient_light_of(scene) + seen(m.emission);
     for (const auto& one : lights_) {
       const auto light = seen_light(one, met.point + rig_.plan.origin_m, light_place);
-      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.farthest_m);
+      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.farthest_m());
       const double facing = dot(met.normal, light.direction);
       if (std::abs(facing) < undecided) result_.unsure = true;
       if (facing <= 0 || light.intensity == 0) continue;

@@ -54,7 +54,7 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.bias = scene.bias_m;
   lattice.reach = static_cast<float>(
       plan.near_m > 0 ? plan.far_m * 2
-                      : 2 * (plan.farthest_m + plan.far_m - plan.near_m) + scene.diameter_m);
+                      : 2 * (plan.farthest_m() + plan.far_m - plan.near_m) + scene.diameter_m);
   lattice.half_width =
       static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.cone_half_width));
   lattice.half_height =

@@ -8,7 +8,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
-#include "host/plan/predict/memory.hpp"
+#include "host/plan/memory.hpp"
 #include "host/trace/compact_gatherer.hpp"
 #include "host/trace/fan_tracer.hpp"
 #include "host/trace/gatherer.hpp"

@@ -15,8 +15,8 @@
 #include <vector>
 
 #include "host/common/npy.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/scene/image.hpp"
-#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/environment.hpp"

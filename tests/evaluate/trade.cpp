@@ -9,7 +9,7 @@
 #include <tuple>
 
 #include "host/common/error.hpp"
-#include "host/trace/tuning.hpp"
+#include "host/forecast/tuning.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"

@@ -10,8 +10,8 @@
 #include <random>
 
 #include "host/common/error.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/render.hpp"
-#include "host/trace/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"

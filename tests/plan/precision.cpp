@@ -286,9 +286,7 @@ void on_all_devices(
   }
 }
 
-double predicted_turns(const Plan& plan) {
-  return plan.phase_errors[static_cast<std::size_t>(plan.precision)].total_turns();
-}
+double predicted_turns(const Plan& plan) { return phase_error_turns(plan); }
 
 }  // namespace
 

@@ -11,8 +11,9 @@
 #include <random>
 #include <tuple>
 
+#include "host/forecast/propagation_errors.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/plan/predict/memory.hpp"
+#include "host/plan/memory.hpp"
 #include "host/render.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
@@ -158,7 +159,7 @@ TEST_CASE(
       if (!wholes.contains(key)) wholes.emplace(key, rendered(device, scene, {1, 1}));
       RenderResult divided;
       const auto off = apart(device, scene, points, wholes.at(key), c.tiles, divided);
-      const double predicted = divided.plan.padding_error;
+      const double predicted = padding_error_of(divided.plan);
       INFO(c.tiles.x << " x " << c.tiles.y << ", padding " << c.padding << ", "
                      << c.distances_m.size() << " distances: from the points " << off.tiles_points
                      << ", in one piece " << off.whole_points << "; from each other "
@@ -182,7 +183,7 @@ TEST_CASE(
       for (const auto tiles : divisions) {
         RenderResult divided;
         const auto off = apart(device, scene, points, whole, tiles, divided);
-        const double predicted = divided.plan.padding_error;
+        const double predicted = padding_error_of(divided.plan);
         INFO(tiles.x << " x " << tiles.y << ", " << divided.plan.layers.size()
                      << " layers: " << off.tiles_points << ", one piece " << off.whole_points
                      << ", predicted " << predicted);

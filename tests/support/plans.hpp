@@ -2,7 +2,7 @@
 /// The plan of a scene of one wavelength.
 #pragma once
 
-#include "host/plan/predict/presets.hpp"
+#include "host/forecast/presets.hpp"
 
 namespace raywave::test {
 

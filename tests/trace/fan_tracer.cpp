@@ -90,7 +90,7 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
       const double error = error_of(field, oracle);
       CHECK(error <= hit_error);
       CHECK(error <= 2 * std::numbers::pi *
-                         plan.phase_errors[static_cast<std::size_t>(precision)].total_turns());
+                         phase_errors_of(plan)[static_cast<std::size_t>(precision)].total_turns());
     }
   }
   return oracle;

@@ -5,7 +5,7 @@
 #include <optional>
 
 #include "host/plan/footprint.hpp"
-#include "host/plan/predict/memory.hpp"
+#include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/reference/shading.hpp"

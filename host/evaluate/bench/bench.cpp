@@ -11,8 +11,9 @@
 #include "host/common/error.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/cost.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/plan/predict/cost.hpp"
 
 namespace raywave {
 namespace {
@@ -265,8 +266,8 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
   row.samples = result.samples;
   row.hidden_samples = result.hidden_samples;
   if (!result.plan.aimed)
-    row.rays =
-        static_cast<std::uint64_t>(std::llround(static_cast<double>(result.plan.rays) * factor));
+    row.rays = static_cast<std::uint64_t>(
+        std::llround(static_cast<double>(primary_rays(result.plan)) * factor));
   row.grid = result.plan.grid;
   row.padded = result.plan.compact ? result.plan.compact->size : result.plan.padded;
   if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);

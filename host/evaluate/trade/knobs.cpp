@@ -6,9 +6,9 @@
 #include <limits>
 
 #include "host/common/text.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/plan/compact.hpp"
 #include "host/plan/precision.hpp"
-#include "host/trace/tuning.hpp"
 
 namespace raywave {
 namespace {

@@ -11,7 +11,7 @@
 #include <vector>
 
 #include "host/evaluate/quality.hpp"
-#include "host/plan/predict/presets.hpp"
+#include "host/forecast/presets.hpp"
 #include "host/render.hpp"
 
 namespace raywave {

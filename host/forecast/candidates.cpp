@@ -1,0 +1,255 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/candidates.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+#include <numbers>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/forecast/propagation_errors.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/make_plan.hpp"
+#include "host/plan/padded_plane.hpp"
+#include "host/plan/tiles.hpp"
+
+namespace raywave {
+namespace {
+
+constexpr double arc_minute = std::numbers::pi / 180 / 60;
+
+/// Sampling pitches tried, over the resolution. Coarser lattices show their dots.
+constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
+
+constexpr int most_layers_tried = 8;
+
+/// Predictions are no better: what saves less time is not tried.
+constexpr double least_saving = 0.1;
+
+/// Fields that are more wrong than this show ghosts beside bright objects.
+constexpr double worst_padding_error = 0.15;
+
+/// To two digits: as a person would write it.
+double round_pitch(double p) {
+  const double digit = std::pow(10, std::floor(std::log10(p)) - 1);
+  return std::floor(p / digit + 1e-9) * digit;
+}
+
+Plan with_pitch(Plan plan, double pitch_m) {
+  const double finer = plan.lattice.step * plan.lattice.full_z_m / pitch_m;
+  plan.lattice.step /= finer;
+  plan.lattice.size = glm::ivec2(glm::ceil(glm::dvec2(plan.lattice.size) * finer));
+  return plan;
+}
+
+}  // namespace
+
+double detail_for_eye_m(const Scene& scene, const Plan& plan) {
+  // An eye at a thin lens sees what is beyond it under the angle that it has there, in focus
+  // however near it is. Real images before the hologram are nearer to the eye
+  const double eye_m =
+      scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m : scene.viewer.distance_m;
+  return arc_minute * std::max(eye_m + (plan.near_m + plan.far_m) / 2, eye_m / 4);
+}
+
+double wanted_resolution_m(const Scene& scene, const Plan& plan) {
+  double limit = 0;
+  for (int axis = 0; axis < 2; ++axis)
+    limit = std::max(limit, is_near_hologram(plan) ? plan.pitch_m[axis]
+                                                   : plan.wavelength_m * plan.lattice.full_z_m /
+                                                         (plan.size[axis] * plan.pitch_m[axis]));
+  return std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
+}
+
+std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
+  return Candidates(scene, world, device).choices(std::numeric_limits<double>::infinity());
+}
+
+Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigures& device)
+    : scene_(scene),
+      world_(world),
+      device_(device),
+      plan_(make_plan(scene, world, Method::wrp, 100, device.has_doubles)),
+      resolution_m_(wanted_resolution_m(scene, plan_)),
+      view_(front_view(scene, world, plan_)) {
+  add(layout(plan_.most_layers, plan_));
+}
+
+const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
+  const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
+    return l.layers == layers && l.gathering.plan.cone() == cone;
+  });
+  return found->model;
+}
+
+std::vector<Choice> Candidates::choices(double most_cone_error) {
+  if (is_near_hologram(plan_))
+    throw InputError(one_line(scene_.file.string()) +
+                     ": pictures of surfaces in the hologram's plane, or near it, cannot be "
+                     "predicted; give sampling.pitch and sampling.frames instead of a goal");
+  if (!plan_.aimed)
+    throw InputError(one_line(scene_.file.string()) +
+                     ": pictures of sampling.mode \"fan\" cannot be predicted; give "
+                     "sampling.pitch, sampling.frames and wrp.padding "
+                     "instead of a goal, or sampling.mode \"aimed\"");
+  const auto pitches_m = pitches();
+  const auto counts = scene_.given.contains("sampling.frames")
+                          ? std::vector{scene_.sampling.frames}
+                          : std::vector(frames_tried.begin(), frames_tried.end());
+
+  // Layouts first: their planes, footprints and errors hold for all pitches and frames.
+  add_layers(pitches_m.back(), counts);
+  add_cones(most_cone_error);
+  for (auto& layout : layouts_) predict_errors(layout);
+
+  std::vector<Choice> all;
+  for (const double pitch_m : pitches_m) add_choices(pitch_m, counts, all);
+  return all;
+}
+
+/// Sampling pitches to try, the coarsest first: the scene's own, or what lies between the detail
+/// that counts and the hologram's limit.
+std::vector<double> Candidates::pitches() const {
+  if (scene_.given.contains("sampling.pitch")) return {scene_.sampling.pitch_m};
+  const double finest =
+      std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
+               plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
+  std::vector<double> pitches_m;
+  for (const double share : pitches_of_resolution) {
+    if (const double p = round_pitch(share * resolution_m_); pitches_m.empty() || p >= finest)
+      pitches_m.push_back(p);
+  }
+  return pitches_m;
+}
+
+/// Appends the choices of one pitch: cone by cone, all numbers of frames, layouts with more layers
+/// only where they save time, and each with all paddings.
+void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
+                             std::vector<Choice>& all) const {
+  for (std::size_t first = 0; first < layouts_.size();) {
+    const auto cone = layouts_[first].gathering.plan.cone();
+    auto end = first;
+    while (end < layouts_.size() && layouts_[end].gathering.plan.cone() == cone) ++end;
+    const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
+    for (const int frames : counts) {
+      double least_s = std::numeric_limits<double>::infinity();
+      for (auto i = first; i < end; ++i) {
+        const auto& layout = layouts_[i];
+        const Choice c{.pitch_m = pitch_m,
+                       .padding = 1,
+                       .frames = frames,
+                       .layers = layout.layers,
+                       .compact = layout.gathering.plan.compact.has_value(),
+                       .cone = cone};
+        const double seconds = seconds_of(c, layout.gathering);
+        if (!(seconds < (1 - least_saving) * least_s)) continue;
+        least_s = seconds;
+        add_paddings(c, layout, pattern, all);
+      }
+    }
+    first = end;
+  }
+}
+
+void Candidates::add(Layout layout) {
+  if (plan_.aimed && !is_near_hologram(plan_)) {
+    auto seen = layout.gathering.plan;
+    seen.grid = plan_.grid;  // pictures of one size are compared
+    layout.model = picture_model(view_, seen, resolution_m_);
+  }
+  layouts_.push_back(std::move(layout));
+}
+
+/// Adds more and more layers, as long as they save time on the finest lattice, with the fewest
+/// frames or the most, and there are surfaces in them.
+void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
+  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") || !plan_.aimed)
+    return;
+  for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
+    auto scene = scene_;
+    scene.wrp.layers = layers;
+    scene.wrp.propagation = plan_.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+    scene.hologram.tiles = plan_.tile_grid;
+    auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
+    if (more.gathering.plan.layers.size() == layouts_.back().gathering.plan.layers.size()) return;
+    const auto saves = [&](int frames) {
+      const Choice c{.pitch_m = finest_pitch_m, .padding = 1, .frames = frames};
+      return seconds_of(c, more.gathering) <
+             (1 - least_saving) * seconds_of(c, layouts_.back().gathering);
+    };
+    if (!saves(counts.front()) && !saves(counts.back())) return;
+    add(std::move(more));
+  }
+}
+
+/// Adds the same layers with other cones, which change neither planes nor lattice enough to count.
+void Candidates::add_cones(double most_error) {
+  const auto layers = layouts_.size();
+  auto tried = std::vector{plan_.cone()};
+  for (auto cone : cones_tried) {
+    if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone_half_width;
+    if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.apodization;
+    if (cone.apodization > cone.half_width || cone.field_error() > most_error ||
+        std::find(tried.begin(), tried.end(), cone) != tried.end())
+      continue;
+    tried.push_back(cone);
+    for (std::size_t i = 0; i < layers; ++i) {
+      if (layouts_[i].gathering.plan.compact) continue;  // all light of the hologram
+      auto plan = layouts_[i].gathering.plan;
+      plan.cone_half_width = cone.half_width;
+      plan.apodization = cone.apodization;
+      divide(plan, plan.tile_grid, scene_.wrp.padding);  // tiles have cones of their own
+      add(layout(layouts_[i].layers, plan));
+    }
+  }
+}
+
+/// Errors of the paddings that are tried; paddings with ghosts are left out.
+void Candidates::predict_errors(Layout& layout) const {
+  if (layout.gathering.plan.compact) {  // nothing is padded
+    layout.paddings.emplace_back(scene_.wrp.padding, layout.gathering.plan.compact->error());
+    return;
+  }
+  const auto given = scene_.given.contains("wrp.padding");
+  const auto tried = given ? std::vector{scene_.wrp.padding}
+                           : std::vector(paddings_tried.begin(), paddings_tried.end());
+  std::vector<glm::ivec2> sizes;
+  for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
+  const auto errors = predicted_padding_errors(layout.gathering.plan, sizes);
+  for (std::size_t i = 0; i < tried.size(); ++i) {
+    if (errors[i] <= worst_padding_error || i + 1 == tried.size())
+      layout.paddings.emplace_back(tried[i], errors[i]);
+  }
+}
+
+/// Appends a choice with each padding that is tried.
+void Candidates::add_paddings(const Choice& without, const Layout& layout,
+                              const LatticePattern& pattern, std::vector<Choice>& all) const {
+  auto plan = with_pitch(layout.gathering.plan, without.pitch_m);
+  auto work = work_of(without, plan, layout.gathering);
+  for (const auto& [padding, error] : layout.paddings) {
+    auto c = without;
+    c.padding = padding;
+    plan.padded = padded_size(plan.tile_size, padding);
+    work.butterflies = count_butterflies(plan, c.frames);
+    c.seconds = predict_times(work, device_.rates).total_s();
+    c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, error).mean_psnr_db;
+    all.push_back(c);
+  }
+}
+
+Work Candidates::work_of(const Choice& c, const Plan& plan, const Gathering& gathering) const {
+  auto scene = scene_;
+  scene.sampling.frames = c.frames;
+  return count_work(scene, world_, plan, view_, gathering.footprints);
+}
+
+double Candidates::seconds_of(const Choice& c, const Gathering& gathering) const {
+  auto plan = with_pitch(gathering.plan, c.pitch_m);
+  plan.padded = padded_size(plan.tile_size, c.padding);
+  return predict_times(work_of(c, plan, gathering), device_.rates).total_s();
+}
+
+}  // namespace raywave

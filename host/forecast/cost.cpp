@@ -1,0 +1,388 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/cost.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <cstddef>
+#include <glm/common.hpp>
+
+#include "host/plan/compact_errors.hpp"
+#include "host/plan/footprint.hpp"
+#include "host/plan/key_places.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/memory.hpp"
+#include "kernels/gather/compact_layout.h"
+
+namespace raywave {
+namespace {
+
+// Weights, fitted to the stages of the demo scenes on PoCL (docs/planning.md#predicted-times).
+
+/// What finds samples, in rays: a cell of the lattice; a sample where no break is near, and for
+/// each further sheet that its ray meets; the mask of a sample behind breaks, for 8 x 8 parts; a
+/// sample where breaks are not looked for, with all parts of its cell and its mask.
+constexpr double ray_of_cell = 3.9, rays_of_sample = 14, rays_of_sheet = 23, rays_of_mask = 20,
+                 rays_without_breaks = 170, rays_of_sheet_without_breaks = 20;
+
+/// What finds samples in mirrors and glass, likewise: a cell that shows them, a segment of a path
+/// of its parts, one that meets nothing, and a source with each surface on its way; fits of a path
+/// over the same.
+constexpr double rays_of_mirror = 65, rays_of_segment = 600, rays_of_lost_segment = 350,
+                 rays_of_path = 100, fits_of_path = 2.4;
+
+/// The same in rays times depth: a triangle whose breaks are looked for, shading a part of a cell
+/// where parts differ in more than coverage, and the launches of a picture.
+constexpr double levels_of_triangle = 140, levels_of_part = 37, levels_of_picture = 1.34e6;
+
+/// Depth of the tree over the objects, for rays to lights, over the logarithm of their number.
+constexpr double levels_of_objects = 2;
+
+/// Samples that a cell along a surface's end has beside those of the covered cells, and a cell
+/// whose surface is partly hidden.
+constexpr double samples_at_end = 0.55, samples_behind = 0.4;
+
+/// On virtual planes, in nodes: placing a sample; a node where light is cut off, beside the node; a
+/// light's highlight on a line; a pixel of a line, and of each frame where there are several; and
+/// the launches of a picture.
+constexpr double nodes_of_sample = 14, nodes_of_cut = 0.6, nodes_of_highlight = 1.4,
+                 nodes_of_pixel = 0.016, nodes_of_frame_pixel = 0.045, nodes_of_picture = 2.5e5;
+
+/// Half tiles before the pixels' limit in which light fades out.
+constexpr double cut_before = COMPACT_EDGE * (1 - COMPACT_EDGE_BEYOND);
+
+/// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth.
+constexpr double levels_of_a_ray = 4;
+
+/// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
+constexpr double further_frame = 0.08, highlight = 0.65;
+
+/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim
+/// costs as much as its middle.
+constexpr double tile_width = 16, tile_pixels_high = 16;
+
+/// Cost of a plane-wave sample in pairs: per pixel of each frame, and per pixel of its width and
+/// height to make its profiles.
+constexpr double near_pixel = 0.05, profile_of_a_pixel = 7;
+
+/// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
+constexpr double aim_of_a_sample = 29;
+
+/// Passes over a pixel beside the transforms, in butterflies, and what a butterfly of a padded
+/// plane costs over one of a virtual plane.
+constexpr double butterflies_of_a_pixel = 9, padded_butterfly = 1.8;
+
+/// A frame's launches of the encoding, in levels.
+constexpr double levels_of_a_frame = 1.5e5;
+
+/// Padding of the refinement's planes, and passes over their pixels per iteration, in butterflies.
+constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
+
+/// The same of pictures that are propagated exactly.
+constexpr double exact_padding = 2, exact_transforms = 2;
+
+/// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
+constexpr double lens_ray = 1.85;
+
+/// True where find_samples knows the breaks of the surfaces (host/trace/breaks.cpp).
+bool knows_breaks(const World& world, const Plan& plan) {
+  return breaks_pay(plan.lattice, world.triangles.size()) &&
+         ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.near_m;
+}
+
+/// Adds what plan.refine costs.
+void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
+  const auto& settings = plan.refine.value();
+  const double blur_m = settings.blur_m.value();
+  const auto places = key_places(plan, blur_m, {settings.depths_m, settings.views});
+  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto pixels = key_pixels(plan, window_m, blur_m);
+  for (const auto& place : places)
+    work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
+                      std::pow(key_lens_points(place, settings.lens_points), 2);
+  // Butterflies of a look at each picture, and of both ways of an iteration
+  const double area = static_cast<double>(plan.size.x) * plan.size.y;
+  const auto looking = [&](double padding, double transforms) {
+    const double plane = padding * padding * area;
+    return plane * (transforms * std::log2(plane) + butterflies_of_a_refined_pixel / 2);
+  };
+  double draws = 0, all_looks = 0, drawn_looks = 0;
+  for (const auto& place : places) {
+    const auto open = place.aperture.x * place.aperture.y;
+    const bool fresnel =
+        fresnel_limits(plan.size, plan.pitch_m, plan.wavelength_m, blur_m, place.z_m, window_m)
+            .hold();
+    const double look =
+        fresnel ? open * looking(refine_padding, 1) : looking(exact_padding, exact_transforms);
+    all_looks += look;
+    drawn_looks += place.times * look;
+    draws += place.times;
+  }
+  const double iterations = settings.iterations.value_or(refine_iterations(places));
+  work.refine_butterflies =
+      frames * iterations * 2 * drawn_looks / draws + (frames - 1) * all_looks;
+}
+
+/// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
+struct Crossing {
+  double pixels = 0;
+  bool near = false;  // the sample's wave is made of plane waves
+};
+
+/// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
+Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
+                  double first_m, double last_m) {
+  auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+  if (is_near_hologram(plan))
+    footprint = {std::abs(z_m) * plan.largest_sine[axis], plan.pitch_m[axis]};
+  const double low = std::max(at_m - footprint.reach_m(), first_m),
+               high = std::min(at_m + footprint.reach_m(), last_m);
+  return low < high ? Crossing{(high - low) / plan.pitch_m[axis], footprint.is_near()} : Crossing{};
+}
+
+/// Lights whose highlights are shaded, each of its samples counted.
+int lights_of(const Lighting& lighting) {
+  return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
+}
+
+}  // namespace
+
+double count_butterflies(const Plan& plan, int frames) {
+  if (plan.compact) {
+    const glm::dvec2 plane(plan.compact->size), tile(plan.tile_size);
+    return frames * static_cast<double>(plan.wrps.size()) *
+           (plane.x * plane.y * std::log2(plane.x) + tile.x * plane.y * std::log2(plane.y) +
+            butterflies_of_a_pixel * tile.x * tile.y);
+  }
+  if (plan.is_at_hologram()) return 0;  // nothing is propagated
+  const glm::dvec2 padded(plan.padded), size(plan.tile_size);
+  double forward = 0, widest = 0;
+  for (const auto& wrp : plan.wrps) {
+    const double rows = rows_kept(plan, wrp).count();
+    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) +
+               butterflies_of_a_pixel * size.x * size.y;
+    widest = std::max(widest, rows);
+  }
+  const double back = size.x * padded.y * std::log2(padded.y) +
+                      widest * padded.x * std::log2(padded.x) +
+                      butterflies_of_a_pixel * size.x * size.y;
+  return padded_butterfly * frames * (forward + static_cast<double>(plan.tiles.size()) * back);
+}
+
+/// Pixels along a footprint, of a sample's light on a virtual plane.
+double compact_side(const Plan& plan, int axis, double z_m, double z0_m, double margin_px) {
+  const auto& compact = plan.compact.value();
+  const double half_m = plan.tile_window_m()[axis] / 2,
+               guard = static_cast<double>(compact.size[axis]) / plan.tile_size[axis];
+  const double fresnel =
+      half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
+  return std::min({4 * guard * fresnel + 2 * margin_px, static_cast<double>(compact.size[axis]),
+                   static_cast<double>(COMPACT_WIDEST)});
+}
+
+double in_packets(double count) { return 16 * std::ceil(count / 16); }
+
+/// Footprints on virtual planes.
+Footprints compact_footprints(const Plan& plan, const FrontView& view) {
+  constexpr double most_looks = 2e5;
+  Footprints footprints;
+  const auto& compact = plan.compact.value();
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const auto tiles = static_cast<double>(plan.tiles.size());
+  const int step =
+      std::max(1, static_cast<int>(std::sqrt(tiles * view.size.x * view.size.y / most_looks)));
+  const auto lights = static_cast<double>(lights_of(plan.lighting));
+  for (int y = step / 2; y < view.size.y; y += step) {
+    for (int x = step / 2; x < view.size.x; x += step) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
+      const double z_m = view.depth_m[cell];
+      if (z_m == 0) continue;
+      const double weight = static_cast<double>(step) * step * view.sources[cell];
+      const double z0_m = plan.layer_at(z_m).distance_m;
+      const bool hidden = view.partly_hidden[cell];
+      for (const auto& tile : plan.tiles) {
+        const glm::dvec2 at_m = view.place_m(x, y, z_m) - tile.centre_m;
+        bool cut = false;
+        for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
+          const double across = std::abs(at_m[axis]) + half_m[axis];
+          cut |= across >
+                 plan.largest_sine[axis] * std::hypot(across, z_m) - cut_before * half_m[axis];
+        }
+        const double margin = hidden || cut      ? compact.rough_margin_px
+                              : view.shiny[cell] ? compact.highlight_margin_px
+                                                 : compact.margin_px;
+        const double lines =
+            hidden ? plan.visibility_parts + 4
+                   : scan_lines_of(plan, view.shiny[cell] ? compact.most_lines() : compact.lines,
+                                   {at_m.x, -at_m.y, z_m}, z0_m);
+        glm::dvec2 sides;
+        double nodes = 0;
+        for (int axis = 0; axis < 2; ++axis) {
+          sides[axis] = compact_side(plan, axis, z_m, z0_m, margin);
+          nodes += in_packets((sides[axis] + COMPACT_SPARE_NODES + COMPACT_STEP / 2) / 2);
+        }
+        const double pixels = (sides.x + COMPACT_BIN) * sides.y;
+        footprints.nodes +=
+            weight *
+            (nodes_of_sample + lines * (nodes * (cut ? 1 + nodes_of_cut : 1) +
+                                        (view.shiny[cell] ? nodes_of_highlight * lights : 0) +
+                                        nodes_of_pixel * pixels));
+        footprints.frame_nodes += weight * nodes_of_frame_pixel * pixels;
+      }
+    }
+  }
+  return footprints;
+}
+
+Footprints footprints_of(const Plan& plan, const FrontView& view) {
+  Footprints footprints;
+  if (!plan.aimed) return footprints;
+  if (plan.compact) return compact_footprints(plan, view);
+  std::vector<WrpsExtent> extents;
+  for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
+      const double z = view.depth_m[cell];
+      if (z == 0) continue;
+      const auto& layer = plan.layer_at(z);
+      const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
+      for (const auto& tile : plan.tiles) {
+        const auto at =
+            is_near_hologram(plan)
+                ? view.place_m(x, y, z)
+                : tile.centre_m + (view.place_m(x, y, z) - tile.centre_m) * (layer.distance_m / z);
+        const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
+                   up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
+        if (across.pixels == 0 || up.pixels == 0) continue;
+        const double width = (across.pixels + tile_width) * view.sources[cell];
+        if (across.near || up.near) {
+          footprints.near_pixels += width * up.pixels;
+          footprints.near_sides += (across.pixels + up.pixels) * view.sources[cell];
+          continue;
+        }
+        footprints.far_pixels += width * up.pixels;
+        footprints.far_widths += width;
+        if (!view.shiny[cell]) continue;
+        footprints.shiny_pixels += width * up.pixels;
+        footprints.shiny_widths += width;
+      }
+    }
+  }
+  return footprints;
+}
+
+/// Adds what finding the samples costs.
+///
+/// descent  depth of the tree
+void count_samples(const World& world, const Plan& plan, const FrontView& view, double descent,
+                   Work& work) {
+  // Lengths in the view are counted in cells of the lattice, and areas in its samples
+  const double cells_of_a_cell = view.step / plan.lattice.step,
+               samples_of_a_cell = cells_of_a_cell * cells_of_a_cell;
+  const double ends = view.ends * cells_of_a_cell;
+  work.samples = view.covered * samples_of_a_cell + samples_at_end * ends +
+                 samples_behind * view.hidden * samples_of_a_cell;
+  const double samples = work.samples, sheets = view.covered > 0 ? view.pierced / view.covered : 1,
+               more_sheets = std::max(0.0, sheets - 1),
+               masks = std::pow(plan.visibility_parts / 8.0, 2),
+               parts = plan.antialias * plan.antialias;
+  const bool differ =
+      plan.lighting.shadows || plan.lighting.textures > 0 ||
+      std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
+  double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
+                samples * (rays_of_sample + rays_of_sheet * more_sheets);
+  if (knows_breaks(world, plan)) {
+    const double near =
+        std::min(samples, ends + (view.behind_breaks + view.steep) * samples_of_a_cell);
+    rays += rays_of_mask * masks * near * (1 + more_sheets);
+    work.rays += levels_of_triangle * static_cast<double>(world.triangles.size());
+  } else {
+    rays += samples * (1 + masks) / 2 *
+            (rays_without_breaks + rays_of_sheet_without_breaks * more_sheets);
+  }
+  // What mirrors and glass show: rays of all parts of a cell along each path, and to the parts of
+  // the hologram from each source
+  work.samples += view.images * samples_of_a_cell;
+  const double to_parts =
+      (view.images + view.image_surfaces) * (1 + (has_fitted_paths(plan) ? fits_of_path : 0));
+  rays += samples_of_a_cell * (rays_of_mirror * view.specular + rays_of_segment * view.segments +
+                               rays_of_lost_segment * view.lost + rays_of_path * to_parts);
+  work.rays += descent * rays + levels_of_picture;
+  if (differ) work.rays += levels_of_part * parts * samples;
+  if (plan.lighting.shadows)
+    work.shadow_rays =
+        (1 + parts) * samples_of_a_cell *
+        (view.lights_faced_levels +
+         view.lights_faced * levels_of_objects *
+             std::log2(static_cast<double>(plan.lighting.material_of_object.size())));
+}
+
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view,
+                const Footprints& footprints) {
+  Work work;
+  const double frames = scene.sampling.frames,
+               pixels = static_cast<double>(plan.size.x) * plan.size.y;
+  const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
+  if (!plan.compact)
+    work.pixels =
+        static_cast<double>(plan.wrps.size()) * plan.tile_size.x * plan.tile_size.y * frames;
+  work.levels = (pixels + levels_of_a_frame) * frames;
+  work.butterflies = count_butterflies(plan, scene.sampling.frames);
+  const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
+               levels = levels_of_a_ray + descent;
+  if (plan.refine) add_refinement(plan, scene.sampling.frames, levels, work);
+  if (!plan.aimed) {
+    work.pairs = static_cast<double>(primary_rays(plan)) * levels * frames;
+    return work;
+  }
+  count_samples(world, plan, view, descent, work);
+  const double gatherings = std::ceil(frames / most_frames_together);
+  const auto lights = static_cast<double>(lights_of(plan.lighting));
+  if (plan.compact) {
+    const double in_frames = frames > 1 ? frames : 0;
+    work.nodes =
+        samples_of_a_cell * (gatherings * footprints.nodes + in_frames * footprints.frame_nodes) +
+        nodes_of_picture;
+    return work;
+  }
+  const double tile_height =
+      std::clamp(std::floor(tile_pixels_high * gatherings / frames), 2.0, 16.0);
+  const double far_tiles = footprints.far_pixels + tile_height * footprints.far_widths;
+  const double shiny_tiles = footprints.shiny_pixels + tile_height * footprints.shiny_widths;
+  const double wrps_of_a_sample =
+      static_cast<double>(plan.wrps.size()) / static_cast<double>(plan.layers.size());
+  work.pairs = samples_of_a_cell * (gatherings * (far_tiles + highlight * lights * shiny_tiles +
+                                                  profile_of_a_pixel * footprints.near_sides) +
+                                    (frames - gatherings) * further_frame * far_tiles +
+                                    frames * near_pixel * footprints.near_pixels) +
+               frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
+  return work;
+}
+
+Band rows_kept(const Plan& plan, const Wrp& wrp) {
+  const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};
+  return axis.sampled(
+      // Rows count downwards
+      band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y,
+             axis.reach_m()));
+}
+
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
+  return {work.rays * rates.ray_s + work.shadow_rays * rates.shadow_ray_s,
+          work.nodes * rates.node_s + work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
+          work.butterflies * rates.butterfly_s,
+          work.lens_rays * rates.ray_s + work.refine_butterflies * rates.butterfly_s,
+          work.levels * rates.level_s};
+}
+
+double predicted_s(const Scene& scene, const World& world, const Plan& plan,
+                   const DeviceRates& rates) {
+  constexpr int cells = 128;
+  const auto view = front_view(scene, world, plan, cells);
+  return predict_times(count_work(scene, world, plan, view, footprints_of(plan, view)), rates)
+      .total_s();
+}
+
+}  // namespace raywave

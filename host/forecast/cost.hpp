@@ -1,0 +1,68 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The cost of a plan: operations, counted from the scene, and how long a device needs for them.
+/// `raywave tune` measures its rates.
+#pragma once
+
+#include "host/forecast/front_view.hpp"
+#include "host/forecast/rates.hpp"
+#include "host/plan/padded_plane.hpp"
+
+namespace raywave {
+
+/// Operations of one picture: all frames of a scene that has been read, from its samples to its
+/// levels.
+struct Work {
+  double samples = 0;  // surface samples that the hologram sees
+  // What finds the samples, in rays times the depth of the tree; without rays to lights
+  double rays = 0;
+  double shadow_rays = 0;  // to lights, times the depth of the tree
+  // On virtual planes: nodes of all samples' profiles; the rest in units of these
+  double nodes = 0;
+  // On WRPs: pairs of a pixel and a sample far from it, or rays of fans; the rest of the gathering
+  // in units of these
+  double pairs = 0;
+  double pixels = 0;  // of all WRPs and frames
+  // In all transforms: points times the binary logarithm of their lines, as far as window and band
+  // need them
+  double butterflies = 0;
+  double levels = 0;  // pixels of all holograms
+  // Of the refinement: rays of the lens's pictures, times the depth of the tree, and butterflies of
+  // its iterations
+  double lens_rays = 0, refine_butterflies = 0;
+};
+
+/// Pixels of WRPs that the front view's cells light, one sample in each. They depend neither on the
+/// sampling pitch nor on the frames. Widths are rounded up to those of the gathering's tiles.
+struct Footprints {
+  // Pixels of plane-wave samples, and their widths and heights together
+  double near_pixels = 0, near_sides = 0;
+  double far_pixels = 0, far_widths = 0;      // of the others
+  double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
+  double nodes = 0, frame_nodes = 0;  // on virtual planes; `frame`: for each frame beyond the first
+};
+Footprints footprints_of(const Plan& plan, const FrontView& view);
+
+/// Counts the operations of all frames.
+///
+/// footprints  of this plan, or of one with another lattice
+Work count_work(const Scene& scene, const World& world, const Plan& plan, const FrontView& view,
+                const Footprints& footprints);
+
+/// Work::butterflies, all that the padding changes.
+double count_butterflies(const Plan& plan, int frames);
+
+struct PredictedTimes {
+  double samples_s = 0, trace_s = 0, propagate_s = 0, refine_s = 0, encode_s = 0;
+  double total_s() const { return samples_s + trace_s + propagate_s + refine_s + encode_s; }
+};
+
+/// Rows of the padded plane that the band keeps of a WRP.
+Band rows_kept(const Plan& plan, const Wrp& wrp);
+
+/// Time of all frames, from a coarse view: for a warning, in some milliseconds.
+double predicted_s(const Scene& scene, const World& world, const Plan& plan,
+                   const DeviceRates& rates);
+
+PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
+
+}  // namespace raywave

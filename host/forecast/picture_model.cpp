@@ -1,0 +1,457 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/picture_model.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <numbers>
+#include <numeric>
+
+#include "host/forecast/slm_light.hpp"
+#include "host/plan/key_places.hpp"
+#include "host/plan/light_shown.hpp"
+
+namespace raywave {
+namespace {
+
+using std::numbers::pi;
+
+/// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
+constexpr double speckle_factor = 0.9;
+// Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
+constexpr double cut_factor = 0.28;
+constexpr double edge_factor = 3e-4;
+constexpr double spot_factor = 4.3e-3;
+constexpr double cell_factor = 1.7e-4;
+constexpr double background = 0.3;
+
+/// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
+/// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
+/// frames (docs/planning.md).
+constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.4;
+constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6;
+
+/// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
+/// share of light cut off. Fitted to two scenes behind three stops, within 3 dB.
+constexpr double stop_factor = 0.14;
+
+/// What an encoding adds to the light of the field: a haze about the picture, and grain where it
+/// interferes with the picture. Mean squares over that of the picture, fitted like the others.
+struct EncodingNoise {
+  double haze = 0, grain = 0;
+};
+
+/// filled  geometric mean of the shares of the SLM's band that the scene fills along x and y
+EncodingNoise noise_of(Encoding encoding, double filled) {
+  if (encoding == Encoding::phase) return {6.2e-3, 0.25};
+  // The light that the checkerboard throws aside comes back into pictures that fill the band.
+  const double overlap = std::max(0.0, filled - 0.65);
+  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016) + 5.6 * overlap * overlap, 0.06};
+}
+
+using Raster = std::vector<float>;
+
+/// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
+/// lies outside is dark.
+void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
+  for (int axis = 0; axis < 2; ++axis) {
+    if (half[axis] <= 0) continue;
+    const int n = size[axis], stride = axis == 0 ? 1 : size.x, lines = size[1 - axis],
+              next = axis == 0 ? size.x : 1;
+    const int whole = static_cast<int>(std::min(half[axis], 1.0 * n)), margin = whole + 1;
+    const double part = half[axis] - std::floor(half[axis]), weight = 1 / (2 * half[axis] + 1);
+    // Sums of the cells before each one; those in the margins are dark
+    std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));
+    for (int line = 0; line < lines; ++line) {
+      float* const cells = raster.data() + std::ptrdiff_t{line} * next;
+      double* const before = sums.data() + margin;
+      for (int i = 0; i < n; ++i) before[i + 1] = before[i] + cells[std::ptrdiff_t{i} * stride];
+      std::fill(before + n + 1, before + n + margin + 1, before[n]);
+      for (int i = 0; i < n; ++i) {
+        const double* const at = before + i;
+        const double inner = at[whole + 1] - at[-whole],
+                     ends = at[-whole] - at[-whole - 1] + at[whole + 2] - at[whole + 1];
+        cells[std::ptrdiff_t{i} * stride] = static_cast<float>((inner + part * ends) * weight);
+      }
+    }
+  }
+}
+
+/// Three boxes of the Gaussian's variance.
+void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
+  const double half = (std::sqrt(4 * sigma * sigma + 1) - 1) / 2;
+  for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
+}
+
+/// The picture that a lens of the hologram's size, focused on z_m, makes of the front view's cells.
+/// Every depth is blurred on its own; occlusion is that of the front view.
+///
+/// layers  filled with what lies where, unless null
+Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m,
+                 std::vector<PictureLayer>* layers = nullptr) {
+  constexpr int count = 12;
+  const auto window = glm::dvec2(plan.size) * plan.pitch_m;
+  const double span = std::max(plan.far_m - plan.near_m, 1e-12);
+  Raster sum(radiance.size(), 0);
+  std::vector<Raster> seen;
+  for (int layer = 0; layer < count; ++layer) {
+    Raster one(radiance.size(), 0);
+    bool any = false;
+    for (std::size_t i = 0; i < one.size(); ++i) {
+      if (view.depth_m[i] == 0) continue;
+      const auto at =
+          static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.near_m) / span * count);
+      if (std::clamp(at, 0, count - 1) != layer) continue;
+      one[i] = radiance[i];
+      any = true;
+    }
+    if (!any) continue;
+    double depth = plan.near_m + (layer + 0.5) / count * (plan.far_m - plan.near_m);
+    if (std::abs(depth) < plan.closest_m) depth = std::copysign(plan.closest_m, depth);
+    const auto half =
+        window * (std::abs(depth - z_m) / std::abs(depth) / std::abs(z_m) / 2 / view.step);
+    blur_box(one, view.size, half);
+    for (std::size_t i = 0; i < one.size(); ++i) sum[i] += one[i];
+    if (!layers) continue;
+    layers->push_back({1 / z_m - 1 / depth});
+    seen.push_back(std::move(one));
+  }
+  if (!layers) return sum;
+  const double all = std::inner_product(sum.begin(), sum.end(), sum.begin(), 0.0);
+  for (std::size_t i = 0; i < seen.size() && all > 0; ++i)
+    (*layers)[i].share = std::inner_product(seen[i].begin(), seen[i].end(), sum.begin(), 0.0) / all;
+  return sum;
+}
+
+/// Light that a cone lets through, up to each place of the hologram.
+class LightOfCone {
+public:
+  explicit LightOfCone(const Cone& cone) {
+    for (std::size_t i = 0; i + 1 < sums_.size(); ++i) {
+      const double passed = cone.passed((static_cast<double>(i) + 0.5) / places * 2 - 1);
+      sums_[i + 1] = sums_[i] + passed * passed;
+    }
+  }
+
+  /// Share between two places, in half holograms.
+  double between(double low, double high) const {
+    return high > low && sums_.back() > 0 ? (up_to(high) - up_to(low)) / sums_.back() : 0;
+  }
+
+private:
+  static constexpr std::size_t places = 512;
+
+  double up_to(double at) const {
+    const double place = std::clamp((at + 1) / 2, 0.0, 1.0) * places;
+    const auto i = std::min(static_cast<std::size_t>(place), places - 1);
+    return sums_[i] + (place - static_cast<double>(i)) * (sums_[i + 1] - sums_[i]);
+  }
+
+  std::array<double, places + 1> sums_{};
+};
+
+/// The part of the cells' radiance that hologram and WRPs show.
+Raster radiance_shown(const FrontView& view, const Plan& plan) {
+  Raster shown(view.radiance);
+  const LightOfCone light(plan.cone());
+  const auto half = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
+      const double z = view.depth_m[i];
+      if (z == 0) continue;
+      const auto at = view.place_m(x, y, z);
+      for (int axis = 0; axis < 2; ++axis) {
+        const auto [low, high] = part_seen(plan, axis, at[axis], z);
+        shown[i] *= static_cast<float>(light.between(low / half[axis], high / half[axis]));
+      }
+    }
+  }
+  return shown;
+}
+
+PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan, double z_m,
+                  double blur_m, const Raster& steps) {
+  PictureRow row;
+  row.z_m = z_m;
+  const double away_m = std::abs(z_m);
+  const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
+  auto lens = sharp;
+  blur_gaussian(lens, view.size, blur_m / away_m / view.step);
+  auto shown = lens;
+  if (radiance_shown != view.radiance) {
+    shown = lens_view(view, radiance_shown, plan, z_m);
+    blur_gaussian(shown, view.size, blur_m / away_m / view.step);
+  }
+  const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
+  const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      if (glm::any(glm::greaterThan(glm::abs(view.place_m(x, y, z_m)), window / 2.0 - border)))
+        continue;
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
+      const double l = lens[i], s = shown[i];
+      peak = std::max(peak, l);
+      light += l;
+      ll += l * l;
+      ls += l * s;
+      ss += s * s;
+      before_blur += double{sharp[i]} * double{sharp[i]};
+      edges += double{steps[i]};
+    }
+  }
+  if (peak == 0) return row;
+  const double cells = window.x * window.y / (away_m * view.step * away_m * view.step),
+               unit = 1 / (cells * peak * peak);
+  row.mean = light / (cells * peak);
+  row.light = ll * unit;
+  row.sharp = before_blur * unit;
+  row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
+  row.edges_m = edges * away_m * view.step / (window.x * window.y * peak * peak);
+  return row;
+}
+
+/// How samples on an even lattice, each with a wave of its own phase, interfere along one axis of a
+/// picture that a Gaussian blurs. Lengths in spots (wavelength z / width), so that the hologram
+/// reaches from -1/2 to 1/2. Through a hologram that passes a(u) of a wave, two samples t apart and
+/// out of focus by c make fringes; their part of frequency f is, phases apart, r_f(t + c f), with
+///   r_f(t) = integral of a(u) a(u + f) exp(2 pi i u t) du.
+/// Its square adds up over all f that the blur leaves and over all pairs. The sum over t = k pitch
+/// is one over the harmonics m / pitch of its spectrum (Poisson), the integral of a(u) a(u + f) a(u
+/// + v) a(u + v + f) du, of which few are not zero.
+class Interference {
+public:
+  /// Mean squares of the blurred picture over the square of its mean.
+  struct Squares {
+    double pairs = 0;  // what all pairs of samples add, their phases random
+    double alone = 0;  // of that, what each sample makes by itself
+  };
+
+  Interference(const Cone& cone, double pitch, double blur)
+      : cone_(cone),
+        pitch_(pitch),
+        blur_(blur),
+        step_(std::min(1.0, deviations / (2 * std::sqrt(2.0) * pi * blur)) / frequencies) {
+    const double repeat = std::min(pitch, coarsest);
+    for (std::size_t i = 0; i < frequencies; ++i) {
+      const double f = frequency(i);
+      auto& spectrum = spectra_.emplace_back();
+      for (int m = 0; m < repeat * (1 - f); ++m) spectrum.push_back(overlap(f, m / repeat));
+      passed_twice_.push_back(passed_twice(f));
+    }
+    light_ = transformed(passed_twice(0), 0, 0);
+  }
+
+  Squares at(double defocus) const {
+    Squares sums;
+    if (light_ <= 0) return sums;
+    const double repeat = std::min(pitch_, coarsest);
+    for (std::size_t i = 0; i < frequencies; ++i) {
+      const double f = frequency(i), weight = 2 * step_ *
+                                              std::exp(-4 * pi * pi * blur_ * blur_ * f * f) /
+                                              (light_ * light_);
+      const auto& spectrum = spectra_[i];
+      Cosines cosines(0, 2 * pi * defocus * f / repeat);
+      double pairs = -spectrum[0];
+      for (const double harmonic : spectrum) pairs += 2 * harmonic * cosines.next();
+      sums.pairs += weight * pairs;
+      sums.alone += weight * repeat * std::pow(transformed(passed_twice_[i], f, defocus * f), 2);
+    }
+    return sums;
+  }
+
+  /// Mean square of the ripple that the blur leaves of the lattice, over the square of the mean.
+  double dots(double defocus) const {
+    if (pitch_ <= 1 || light_ <= 0) return 0;
+    const double f = 1 / pitch_;
+    const double ripple = 2 * std::exp(-2 * pi * pi * blur_ * blur_ * f * f) *
+                          transformed(passed_twice(f), f, defocus * f) / light_;
+    return ripple * ripple / 2;
+  }
+
+private:
+  static constexpr std::size_t frequencies = 96, places = 24;
+  // Standard deviations of the blur's spectrum, beyond which it leaves nothing
+  static constexpr double deviations = 4.5;
+  static constexpr double coarsest = 64;  // samples farther apart hardly interfere
+
+  using Places = std::array<double, places>;
+
+  /// Cosines of first, first + step, first + 2 step ...
+  class Cosines {
+  public:
+    Cosines(double first, double step)
+        : now_(std::cos(first)), before_(std::cos(first - step)), twice_(2 * std::cos(step)) {}
+    double next() {
+      const double result = now_;
+      now_ = twice_ * now_ - before_;
+      before_ = result;
+      return result;
+    }
+
+  private:
+    double now_, before_, twice_;
+  };
+
+  double frequency(std::size_t i) const { return (static_cast<double>(i) + 0.5) * step_; }
+  double passed(double at) const { return cone_.passed(2 * at); }
+
+  /// a(u) a(u + f) on half of where it is not zero, from its middle on.
+  Places passed_twice(double f) const {
+    Places values;
+    for (std::size_t i = 0; i < places; ++i) {
+      const double u = (1 - f) / 2 * (static_cast<double>(i) + 0.5) / places;
+      values[i] = passed(u - f / 2) * passed(u + f / 2);
+    }
+    return values;
+  }
+
+  /// r_f(t) but for its phase.
+  static double transformed(const Places& twice, double f, double t) {
+    const double step = pi * (1 - f) * t / places;
+    Cosines cosines(step / 2, step);
+    double sum = 0;
+    for (const double value : twice) sum += value * cosines.next();
+    return (1 - f) * sum / places;
+  }
+
+  double overlap(double f, double v) const {
+    const double half = (1 - f - v) / 2, far = (f + v) / 2, near = (f - v) / 2;
+    double sum = 0;
+    for (std::size_t i = 0; i < places; ++i) {
+      const double u = half * (static_cast<double>(i) + 0.5) / places;
+      sum += passed(u - far) * passed(u - near) * passed(u + near) * passed(u + far);
+    }
+    return 2 * half * sum / places;
+  }
+
+  Cone cone_;
+  double pitch_, blur_, step_, light_ = 0;
+  std::vector<std::vector<double>> spectra_;  // by frequency, then harmonic
+  std::vector<Places> passed_twice_;          // by frequency
+};
+
+}  // namespace
+
+PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m) {
+  PictureModel model;
+  model.resolution_m = resolution_m;
+  model.wavelength_m = plan.wavelength_m;
+  model.window_m = glm::dvec2(plan.size) * plan.pitch_m;
+  model.cone = plan.cone();
+  model.encoding = plan.slm.encoding;
+  if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
+  if (plan.refine)
+    model.refined_depths = static_cast<int>(
+        plan.refine->depths_m.empty() ? refine_depths_m(plan, plan.refine->blur_m.value()).size()
+                                      : plan.refine->depths_m.size());
+  model.band_filled = plan.band_filled;
+  model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / model.window_m;
+  Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
+      const auto squared = [&](std::size_t next) {
+        return (view.radiance[i] - view.radiance[next]) * (view.radiance[i] - view.radiance[next]);
+      };
+      if (x + 1 < view.size.x) steps[i] += squared(i + 1);
+      if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
+    }
+  }
+  const auto shown = radiance_shown(view, plan);
+  for (const double z_m : quality_depths_m(plan))
+    model.rows.push_back(row_of(view, shown, plan, z_m, blur_of_resolution * resolution_m, steps));
+  return model;
+}
+
+LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
+  LatticePattern pattern{pitch_m, {}, {}, {}};
+  const auto pitch = pitch_m / model.spot_m;
+  for (const auto& row : model.rows) {
+    const auto blur = blur_of_resolution * model.resolution_m * model.window_m /
+                      (model.wavelength_m * std::abs(row.z_m));
+    const auto interference = [&](const Cone& cone) {
+      return std::array{Interference(cone, pitch.x, blur.x), Interference(cone, pitch.y, blur.y)};
+    };
+    const auto soft = interference(model.cone), hard = interference(Cone{1, 0});
+    double speckle = 0, cut = 0, dots = 0;
+    for (const auto& layer : row.layers) {
+      const auto defocus =
+          model.window_m * model.window_m * (layer.defocus_per_m / model.wavelength_m);
+      const auto of_pairs = [&](const auto& axes) {
+        const auto x = axes[0].at(defocus.x), y = axes[1].at(defocus.y);
+        return std::max(0.0, x.pairs * y.pairs - x.alone * y.alone);
+      };
+      speckle += layer.share * of_pairs(soft);
+      cut += layer.share * of_pairs(hard);
+      dots += layer.share * (soft[0].dots(defocus.x) + soft[1].dots(defocus.y));
+    }
+    pattern.speckle.push_back(speckle);
+    pattern.cut.push_back(cut);
+    pattern.dots.push_back(dots);
+  }
+  return pattern;
+}
+
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
+                                   int frames, double padding_error) {
+  PicturePrediction prediction;
+  prediction.refined = model.refined_depths > 0;
+  prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
+                                [](const auto& row) { return row.light == 0 && row.missing == 0; });
+  const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
+  const double spot2 = model.spot_m.x * model.spot_m.y;
+  // Light that comes round the padded plane: its own, spread over the picture, and where it
+  // interferes with the picture.
+  const double wrapped = std::min(1.0, padding_error * padding_error);
+  const auto noise = noise_of(model.encoding, model.band_filled);
+  const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
+  for (std::size_t i = 0; i < model.rows.size(); ++i) {
+    const auto& row = model.rows[i];
+    const double dots_here = row.light * std::min(pattern.dots[i], 4.0);
+    const double speckle_here =
+        row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / frames;
+    const double cells_at_edges = row.edges_m * edge_factor * std::pow(p, 4) / std::pow(blur_m, 3);
+    const double edges_here = cells_at_edges + row.edges_m * spot_factor * spot2 / blur_m +
+                              cell_factor * row.light * p / blur_m;
+    const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
+    const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
+    // A haze all over the picture is partly taken for the picture, whose brightness is free.
+    const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
+    const double encoding_here =
+        row.light * (noise.haze * (1 - flat) + noise.grain * grain / frames);
+    const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
+    const double rows = static_cast<double>(model.rows.size());
+    const double refined_here = (refined_light * row.light + refined_missing * row.missing +
+                                 refined_edges * cells_at_edges) *
+                                std::pow(model.refined_depths / 6.0, refined_by_depths) /
+                                std::pow(frames, refined_by_frames);
+    const double stop_here = stop_factor * row.light * model.stopped;
+    prediction.psnr_db.push_back(
+        decibels((model.refined_depths > 0 ? refined_here : field + encoding_here) + stop_here));
+    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
+    prediction.field_psnr_db += decibels(field) / rows;
+    prediction.encoding += encoding_here;
+    prediction.stop += stop_here;
+    prediction.dots += dots_here;
+    prediction.speckle += speckle_here;
+    prediction.edges += edges_here;
+    prediction.missing += row.missing;
+    prediction.padding += padding_here;
+  }
+  const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
+                     prediction.padding + prediction.encoding + prediction.stop;
+  for (double* part :
+       {&prediction.dots, &prediction.speckle, &prediction.edges, &prediction.missing,
+        &prediction.padding, &prediction.encoding, &prediction.stop})
+    *part /= std::max(all, 1e-300);
+  return prediction;
+}
+
+}  // namespace raywave

@@ -1,0 +1,79 @@
+// SPDX-License-Identifier: Apache-2.0
+/// How accurate the pictures of a hologram will be, before it is computed. docs/planning.md
+/// gives the terms and compares them with measurements.
+#pragma once
+
+#include <vector>
+
+#include "host/forecast/front_view.hpp"
+#include "host/forecast/judged_pictures.hpp"
+#include "host/plan/cone.hpp"
+
+namespace raywave {
+
+/// The surfaces at one depth, in a picture that is focused elsewhere.
+struct PictureLayer {
+  double defocus_per_m = 0;  // 1 / depth in focus less 1 / its own depth
+  // Share of the picture's mean square, products with other layers included
+  double share = 0;
+};
+
+/// One depth that is looked at, as `raywave quality` does, after the blur. Squares are means over
+/// the picture, in squares of the brightest point that a lens sees.
+struct PictureRow {
+  double z_m = 0;
+  double mean = 0;   // of the lens's picture, in units of its brightest point
+  double light = 0;  // mean square of the lens's picture
+  double sharp = 0;  // the same before the blur
+  // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
+  // planes
+  double missing = 0;
+  // Length of the edges of front surfaces and textures, times the square of their step, over the
+  // picture's area: 1/m
+  double edges_m = 0;
+  std::vector<PictureLayer> layers{};
+};
+
+struct PictureModel {
+  double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
+  double wavelength_m = 0;
+  glm::dvec2 window_m{0, 0};  // size of the hologram
+  Cone cone;
+  glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
+  Encoding encoding = Encoding::double_phase;
+  double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
+  double stopped = 0;      // share of the light that slm.stop cuts off
+  int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
+  std::vector<PictureRow> rows;
+};
+
+/// Model of the pictures that a plan's hologram shows.
+PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);
+
+/// Errors that the lattice of samples brings to the pictures, by row: mean squares over that of the
+/// picture.
+struct LatticePattern {
+  double pitch_m = 0;
+  std::vector<double> speckle;  // of one frame: samples interfere
+  // Speckle as if every sample's wave were cut off hard at the hologram's rim
+  std::vector<double> cut;
+  std::vector<double> dots;  // what the blur leaves of the lattice
+};
+LatticePattern lattice_pattern(const PictureModel& model, double pitch_m);
+
+/// Predicted PSNR of the pictures, and where their errors come from.
+struct PicturePrediction {
+  std::vector<double> psnr_db;  // of the levels, of each row
+  double mean_psnr_db = 0;      // of the rows
+  double field_psnr_db = 0;     // mean of the rows, of the complex field
+  bool refined = false;         // then nobody knows which errors remain
+  bool dark = false;            // no light is seen: nothing can be said of the pictures
+  // Shares of the mean square error of all rows, of levels that are not refined
+  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
+};
+
+/// padding_error  of the field, relative (host/forecast/propagation_errors.hpp)
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
+                                   int frames, double padding_error);
+
+}  // namespace raywave

@@ -1,0 +1,317 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/presets.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <utility>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/forecast/propagation_errors.hpp"
+#include "host/forecast/warnings.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/plan/precision.hpp"
+
+namespace raywave {
+namespace {
+
+/// A preset selects a target PSNR between that of the fastest candidate (0) and that of the most
+/// accurate one (1), in decibels.
+constexpr std::array shares_of_preset{0.0, 0.5, 0.85, 1.0};
+
+/// A smaller gain is not worth the time to a preset.
+constexpr std::array no_gain_db{0.5, 0.5, 0.5, 0.1};
+
+/// The accuracy.phase of the preset reference, where the scene gives none.
+constexpr double reference_phase_turns = 0.001;
+
+/// The largest error of a cone that a preset accepts: draft and balanced are for pictures, accurate
+/// and reference for the wavefront.
+constexpr std::array cone_errors_of_preset{0.25, 0.25, 0.06, 0.0};
+
+/// The most accurate of the choices that take no longer; the fastest when all take longer.
+const Choice& most_accurate_within(const std::vector<Choice>& all, double seconds) {
+  const Choice* best = nullptr;
+  for (const auto& c : all) {
+    if (c.seconds <= seconds && (!best || c.psnr_db > best->psnr_db ||
+                                 (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
+      best = &c;
+  }
+  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.seconds < b.seconds;
+  });
+}
+
+/// The fastest of the choices that reach this PSNR; the most accurate when none does.
+const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
+  const Choice* best = nullptr;
+  for (const auto& c : all) {
+    if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
+  }
+  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
+    return a.psnr_db < b.psnr_db;
+  });
+}
+
+const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
+  if (goal.budget_s) return most_accurate_within(all, *goal.budget_s);
+  if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
+  const auto least = most_accurate_within(all, 0).psnr_db;  // of the fastest
+  const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
+  const auto preset = static_cast<std::size_t>(*goal.preset);
+  const double wanted = least + shares_of_preset[preset] * (most - least);
+  return fastest_reaching(all, wanted - no_gain_db[preset]);
+}
+
+std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
+
+std::string why_resolution(const Scene& scene, const Plan& plan, double resolution_m) {
+  const std::string text = "resolution " + length_text(std::round(resolution_m * 1e8) / 1e8) + ": ";
+  if (scene.viewer.resolution_m == resolution_m) return text + "viewer.resolution";
+  if (!scene.viewer.resolution_m && resolution_m == detail_for_eye_m(scene, plan))
+    return text + "1 arc minute for an eye " +
+           length_text(scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m
+                                               : scene.viewer.distance_m) +
+           " from the hologram" + (scene.viewer.eyepiece_m ? ", at the eyepiece" : "");
+  return text + "the hologram's own limit, wavelength z / width";
+}
+
+/// Predicted times of the choice with other numbers of layers, where any was tried.
+std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& choice) {
+  std::vector<std::pair<int, double>> least;
+  for (const auto& c : all) {
+    if (c.pitch_m != choice.pitch_m || c.padding != choice.padding || c.frames != choice.frames ||
+        c.cone != choice.cone)
+      continue;
+    if (least.empty() || least.back().first != c.layers) least.emplace_back(c.layers, c.seconds);
+    least.back().second = std::min(least.back().second, c.seconds);
+  }
+  if (least.size() < 2) return "";
+  std::string text;
+  for (const auto& [layers, seconds] : least)
+    text +=
+        (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + duration_text(seconds);
+  return "layers of depth: predicted " + text;
+}
+
+/// Takes the values of the choice that the goal selects over into the planned scene, and warns
+/// where no choice reaches the goal.
+///
+/// returns  why the scene has so many layers; empty where only one number was tried
+std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& planned) {
+  const auto& c = chosen(all, goal);
+  const auto why_layers = why_so_many_layers(all, c);
+  auto& s = planned.scene;
+  s.sampling.pitch_m = c.pitch_m;
+  s.sampling.frames = c.frames;
+  s.wrp.layers = c.layers;
+  if (!c.compact) {
+    s.wrp.padding = c.padding;
+    s.sampling.cone = c.cone.half_width;
+    s.sampling.apodization = c.cone.apodization;
+  }
+  if (goal.budget_s && c.seconds > *goal.budget_s)
+    planned.warnings.push_back("nothing keeps " + duration_text(*goal.budget_s) +
+                               ": the fastest takes " + duration_text(c.seconds) +
+                               "; a smaller hologram.resolution or wrp.grid needs less");
+  if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
+    planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) +
+                               ": the most accurate has " + decibels_text(c.psnr_db) +
+                               "; a larger viewer.resolution asks for less detail");
+  return why_layers;
+}
+
+/// Time, pictures and errors of the plan.
+Prediction predicted(const Planned& planned, const World& world, const DeviceFigures& device,
+                     const Candidates& candidates) {
+  const auto& s = planned.scene;
+  const auto& plan = planned.plan;
+  Prediction prediction;
+  prediction.resolution_m = candidates.resolution_m();
+  prediction.work =
+      count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
+  prediction.times = predict_times(prediction.work, device.rates);
+  prediction.rates_of = device.rates.device;
+  const double padding = padding_error_of(plan);
+  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone()))
+    prediction.pictures =
+        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                         std::hypot(padding, plan.compact ? plan.compact->error() : 0.0));
+  prediction.slm_light = slm_light(plan, candidates.view());
+  const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);
+  prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(padding, phase_error));
+  if (plan.compact)
+    prediction.field_error = std::hypot(prediction.field_error, plan.compact->error());
+  return prediction;
+}
+
+/// Predicts the device's memory, surface samples included, and warns where it is short.
+void predict_memory(const World& world, const DeviceFigures& device, const MemoryUse& use,
+                    Planned& planned) {
+  const auto& plan = planned.plan;
+  const auto& limits = device.memory;
+  auto& warnings = planned.warnings;
+  const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
+  auto& bytes = planned.prediction.device_bytes;
+  const int colours = plan.colour ? 24 : 0;  // SampleTable::colours: six floats
+  const auto each =
+      sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames + colours;
+  bytes = needs.device_bytes() +
+          static_cast<std::uint64_t>(planned.prediction.work.samples * static_cast<double>(each));
+
+  // What does not fit into the host is planned in one piece: nothing else would be worth a line
+  if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
+    return warnings.push_back(std::move(shortage));
+  for (const auto& need : needs.device) {
+    if (need.bytes > limits.largest_buffer_bytes)
+      warnings.push_back(need.name + ": " + format_bytes(need.bytes) + " in one buffer, " +
+                         device.name + " allows " + format_bytes(limits.largest_buffer_bytes) +
+                         "; " + need.advice);
+  }
+  if (bytes > limits.device_bytes)
+    warnings.push_back("needs " + format_bytes(bytes) + ", " + device.name + " has " +
+                       format_bytes(limits.device_bytes) +
+                       "; a smaller hologram.resolution or wrp.padding, more hologram.tiles or a "
+                       "larger sampling.pitch need less");
+  if (auto shortage = host_shortage(plan, needs, limits); !shortage.empty())
+    warnings.push_back(std::move(shortage));
+}
+
+/// A line for each value: what it is, and whether it was given, chosen or is the default.
+std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const Planned& planned,
+                                    const std::string& why_layers) {
+  const auto& s = planned.scene;
+  const auto& plan = planned.plan;
+  const auto fixed = [&](const char* key) {
+    return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
+  };
+  const std::string gathering =
+      plan.compact
+          ? ""
+          : ", wrp.padding " + number_text(s.wrp.padding) + " (" + fixed("wrp.padding") +
+                "), sampling.cone " + number_text(s.sampling.cone) + " (" + fixed("sampling.cone") +
+                "), sampling.apodization " + number_text(s.sampling.apodization) + " (" +
+                fixed("sampling.apodization") + ")";
+  std::vector<std::string> reasons = {
+      why_resolution(s, plan, planned.prediction.resolution_m),
+      "sampling.pitch " + length_text(s.sampling.pitch_m) + " (" + fixed("sampling.pitch") +
+          "), sampling.frames " + std::to_string(s.sampling.frames) + " (" +
+          fixed("sampling.frames") + ")" + gathering + ", wrp.layers " +
+          std::to_string(plan.most_layers) + " (" +
+          fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
+  if (!plan.why_propagation.empty())
+    reasons.push_back(std::string("wrp.propagation \"") + (plan.compact ? "compact" : "spectrum") +
+                      "\" (auto): " + plan.why_propagation);
+  if (!why_layers.empty()) reasons.push_back(why_layers);
+  if (!plan.why_tiles.empty())
+    reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +
+                      std::to_string(plan.tile_grid.y) + ": " + plan.why_tiles);
+  return reasons;
+}
+
+/// As plan_scenes, of one laser.
+Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
+                   const Goal& goal, bool keep_field) {
+  const MemoryUse use{Method::wrp, device.fft, keep_field};
+  // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
+  Planned planned;
+  planned.scene = scene;
+  auto& s = planned.scene;
+  if (goal.preset == Preset::reference && !scene.given.contains("accuracy.phase"))
+    s.accuracy.phase_turns = reference_phase_turns;
+  if ((goal.preset == Preset::accurate || goal.preset == Preset::reference) &&
+      s.trace.bounces == Bounces::automatic)
+    s.trace.bounces = Bounces::paths;
+  std::optional<Candidates> candidates(std::in_place, s, world, device);
+  std::string why_layers, why_refined;
+  // Nothing is chosen for pictures that the machine cannot hold: a line says so at once
+  const bool fits = [&, &plan = candidates->plan()] {
+    const auto needs = memory_needs(world, plan, use, device.memory.largest_buffer_bytes);
+    return results_shortage(plan, needs, use, device.memory).empty();
+  }();
+  if (goal.any() && fits) {
+    // Refined towards the pictures that are judged, whatever the lattice
+    const auto refine = [&] {
+      if (!s.refine) s.refine.emplace();
+      s.refine->blur_m = blur_of_resolution * candidates->resolution_m();
+      candidates.emplace(s, world, device);
+    };
+    if (s.refine && !s.refine->blur_m) refine();
+    auto all = candidates->choices(largest_cone_error(goal));
+    if (const double most_db = fastest_reaching(all, 1e9).psnr_db;
+        goal.psnr_db.value_or(0) > most_db && !s.refine && !shows_amplitude(s.slm.encoding)) {
+      why_refined = "refine: without it, at most " + decibels_text(most_db) + " are reached";
+      refine();
+      all = candidates->choices(largest_cone_error(goal));
+    }
+    why_layers = choose(all, goal, planned);
+  }
+
+  // The plan with these values, in as few tiles as the device's memory allows
+  planned.plan = fitting_plan(s, world, device.memory, use, 100, device.has_doubles);
+
+  // What to expect of it, and why it is as it is
+  planned.prediction = predicted(planned, world, device, *candidates);
+  predict_memory(world, device, use, planned);
+  planned.reasons = reasons_of(scene, fits ? goal : Goal{}, planned, why_layers);
+  if (!why_refined.empty()) planned.reasons.push_back(why_refined);
+  for (auto& warning : warnings_of(s, world, planned.plan, candidates->view(),
+                                   planned.prediction.slm_light, candidates->resolution_m(),
+                                   !goal.any() && !scene.given.contains("sampling.pitch") &&
+                                       s.sampling.pitch_m == SamplingSpec{}.pitch_m))
+    planned.warnings.push_back(std::move(warning));
+  return planned;
+}
+
+}  // namespace
+
+Preset preset_of(const std::string& name) {
+  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
+    if (name == name_of(preset)) return preset;
+  }
+  throw InputError("preset " + in_quotes(name) +
+                   ": unknown; there are draft, balanced, accurate and reference");
+}
+
+const char* name_of(Preset preset) {
+  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
+  return names[static_cast<std::size_t>(preset)];
+}
+
+double largest_cone_error(const Goal& goal) {
+  return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
+}
+
+std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
+                                 const DeviceFigures& device, const Goal& goal, bool keep_field) {
+  auto for_each = goal;
+  if (for_each.budget_s) *for_each.budget_s /= static_cast<double>(scenes.size());
+  const auto longest =
+      std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
+        return a.hologram.wavelength_m < b.hologram.wavelength_m;
+      });
+  const auto chosen = plan_laser(*longest, world, device, for_each, keep_field);
+  std::vector<Planned> all;
+  for (const auto& scene : scenes) {
+    if (&scene == &*longest) {
+      all.push_back(chosen);
+      continue;
+    }
+    auto same = scene;
+    same.hologram.tiles = chosen.scene.hologram.tiles;
+    same.slm.encoding = chosen.scene.slm.encoding;
+    same.wrp = chosen.scene.wrp;
+    same.sampling = chosen.scene.sampling;
+    same.trace = chosen.scene.trace;
+    same.accuracy = chosen.scene.accuracy;
+    same.refine = chosen.scene.refine;
+    all.push_back(plan_laser(same, world, device, {}, keep_field));
+  }
+  return all;
+}
+
+}  // namespace raywave

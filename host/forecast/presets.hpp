@@ -1,0 +1,70 @@
+// SPDX-License-Identifier: Apache-2.0
+/// From scene, device figures and goal to what is computed: values that the scene leaves open are
+/// chosen, and what to expect is predicted. A pure function, printed by `raywave plan` and followed
+/// by `raywave render`. docs/planning.md explains how it decides.
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "host/forecast/candidates.hpp"
+#include "host/forecast/slm_light.hpp"
+#include "host/plan/memory.hpp"
+
+namespace raywave {
+
+/// Points on a scene's curve of accuracy against time.
+enum class Preset { draft, balanced, accurate, reference };
+
+/// "draft", "balanced", "accurate", "reference"
+/// throws  InputError for anything else
+Preset preset_of(const std::string& name);
+const char* name_of(Preset preset);
+
+/// What the user aims at. At most one; none: whatever the scene leaves open keeps its default.
+struct Goal {
+  std::optional<Preset> preset;
+  // Time of a picture, from its samples to its levels: the most accurate choice that keeps it
+  std::optional<double> budget_s;
+  std::optional<double> psnr_db;  // mean PSNR of its pictures: the fastest choice that reaches it
+
+  bool any() const { return preset || budget_s || psnr_db; }
+};
+
+struct Prediction {
+  PredictedTimes times;
+  std::string rates_of;  // the device that they were measured on, or "default"
+  Work work;
+  std::uint64_t device_bytes = 0;
+  std::optional<PicturePrediction> pictures;  // of aimed sampling
+  SlmLight slm_light;
+  double resolution_m = 0;  // detail that they are judged at
+  // Relative L2, of cone, padding and phases
+  double field_error = 0;
+};
+
+struct Planned {
+  Scene scene;  // with the values chosen
+  Plan plan;
+  Prediction prediction;
+  std::vector<std::string> reasons;  // a line each: which value, why
+  // a line each: what the user may not want, and what would change it
+  std::vector<std::string> warnings;
+};
+
+/// The largest Cone::field_error that a goal accepts.
+double largest_cone_error(const Goal& goal);
+
+/// Chooses what the scenes of the lasers leave open, as the goal says, and predicts what to expect.
+/// What is chosen for the longest wavelength, which shows most, is for the others too; a time is for
+/// all of them together. Pictures that the machine cannot hold get a warning and no choice.
+///
+/// keep_field  RenderOptions::keep_field of the render to come
+/// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode
+///         "fan")
+std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
+                                 const DeviceFigures& device, const Goal& goal = {},
+                                 bool keep_field = true);
+
+}  // namespace raywave

@@ -1,0 +1,299 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/propagation_errors.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <complex>
+#include <glm/common.hpp>
+#include <map>
+#include <numbers>
+#include <random>
+
+#include "host/common/fft_backend.hpp"
+#include "host/common/line_fft.hpp"
+#include "host/plan/footprint.hpp"
+
+namespace raywave {
+namespace {
+
+using std::numbers::pi;
+using Complex = std::complex<double>;
+
+constexpr std::size_t most_lines = 32;  // WRPs of an axis
+constexpr int samples_of_a_line = 64;   // enough that the error's own scatter is some per cent
+constexpr int waves_of_a_sample = 192;  // near ones
+constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
+
+/// Squares of the light in a window: of its error, and of all of it.
+struct Squares {
+  double wrong = 0, all = 0;
+  void add(const Squares& other) {
+    wrong += other.wrong;
+    all += other.all;
+  }
+  double relative() const { return all > 0 ? wrong / all : 0; }
+};
+
+/// One axis of a layer, everything along it seen from a tile's centre.
+class AxisOfLayer {
+public:
+  /// tile_m  the tile's centre, along this axis
+  /// padded  sizes of padded planes, likewise
+  AxisOfLayer(const Plan& plan, const DepthLayer& layer, int axis, double tile_m,
+              std::vector<int> padded)
+      : plan_(plan),
+        layer_(layer),
+        axis_(axis),
+        padded_(std::move(padded)),
+        n_(plan.tile_size[axis]),
+        pitch_m_(plan.pitch_m[axis]),
+        half_m_(n_ * pitch_m_ / 2),
+        largest_sine_(plan.largest_sine[axis]),
+        fan_(plan.tile_cone[axis]),
+        edge_(plan.tile_apodization[axis]),
+        low_m_(layer.min_m[axis] - tile_m),
+        high_m_(layer.max_m[axis] - tile_m),
+        fft_(next_fast_size(static_cast<std::size_t>(
+                 std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
+             false),
+        wanted_(static_cast<std::size_t>(n_)),
+        got_(padded_.size(), wanted_) {}
+
+  /// Adds what arrives in the tile's window from the WRP at centre_m, rightly and with every
+  /// padding. WRPs side by side cut the same waves, so that their edges cancel.
+  void add_padded(double centre_m) {
+    const auto light = line();
+    fill(light.get() + first(), centre_m, n_, pitch_m_);
+    const auto spectrum = propagated(light, centre_m);
+    add(wanted_, transformed_back(spectrum));
+    for (std::size_t i = 0; i < padded_.size(); ++i) {
+      const auto kept =
+          kept_within(std::max(padded_[i] / 2.0, 1.0 * n_) * pitch_m_, spectrum, centre_m);
+      add(got_[i], transformed_back(kept), padded_[i]);
+    }
+  }
+
+  Squares squares(std::size_t padding) const {
+    Squares sum;
+    for (std::size_t i = 0; i < wanted_.size(); ++i)
+      sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
+    return sum;
+  }
+
+private:
+  Lines line() const { return make_zero_lines(fft_.size(), "line across the WRPs"); }
+
+  /// Frequency of number i of a transform, in cycles per metre.
+  double frequency(std::ptrdiff_t i) const {
+    const auto count = static_cast<std::ptrdiff_t>(fft_.size());
+    return static_cast<double>(i <= (count - 1) / 2 ? i : i - count) /
+           (static_cast<double>(count) * pitch_m_);
+  }
+  /// The other component of the wave's direction, over the wavelength; 0 of waves that do not
+  /// travel.
+  double along_axis(double u) const {
+    return std::sqrt(std::max(1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, 0.0));
+  }
+
+  /// Spectrum at the hologram of a line of light at centre_m.
+  Lines propagated(const Lines& light, double centre_m) {
+    auto spectrum = line();
+    fft_.forward(light.get(), spectrum.get());
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
+      const double u = frequency(i), w = along_axis(u),
+                   turns = layer_.distance_m * w - centre_m * u;
+      auto& value = spectrum[static_cast<std::size_t>(i)];
+      value =
+          w > 0 ? value * std::complex<float>(std::polar(1.0, 2 * pi * (turns - std::round(turns))))
+                : 0;
+    }
+    return spectrum;
+  }
+
+  /// Without the waves that move sideways farther than reach_m.
+  Lines kept_within(double reach_m, const Lines& spectrum, double centre_m) const {
+    auto kept = line();
+    for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
+      const double u = frequency(i), w = along_axis(u);
+      if (w > 0 && std::abs(-centre_m - layer_.distance_m * u / w) <= reach_m)
+        kept[static_cast<std::size_t>(i)] = spectrum[static_cast<std::size_t>(i)];
+    }
+    return kept;
+  }
+
+  Lines transformed_back(const Lines& spectrum) {
+    auto result = line();
+    fft_.inverse(spectrum.get(), result.get());
+    return result;
+  }
+
+  /// Adds the tile's window of a line, and what comes round to it on a plane of `padded` samples.
+  void add(std::vector<Complex>& window, const Lines& line, std::ptrdiff_t padded = 0) const {
+    const auto count = static_cast<std::ptrdiff_t>(fft_.size());
+    if (padded == 0) padded = count;
+    for (int i = 0; i < n_; ++i) {
+      for (std::ptrdiff_t j = (first() + i) % padded; j < count; j += padded)
+        window[static_cast<std::size_t>(i)] += Complex(line[static_cast<std::size_t>(j)]);
+    }
+  }
+
+  std::ptrdiff_t first() const { return (static_cast<std::ptrdiff_t>(fft_.size()) - n_) / 2; }
+
+  /// How much of the light that lands at x on the tile a pixel at `pixel_m` gathers.
+  double cone(double x_m, double pixel_m, double centre_m) const {
+    if (!plan_.aimed) return std::abs(x_m - (pixel_m - centre_m)) <= half_m_;
+    return Cone{fan_, edge_}.passed(x_m / half_m_);
+  }
+
+  /// Fills a line with the waves of samples in the layer's box, with random phases, at `count`
+  /// places around centre_m.
+  void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    const double k = 2 * pi / plan_.wavelength_m;
+    for (int i = 0; i < samples_of_a_line; ++i) {
+      const double z_m = layer_.min_m.z + (layer_.max_m.z - layer_.min_m.z) * uniform(random),
+                   depth_m = z_m - layer_.distance_m;
+      const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
+      const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
+      const auto footprint = footprint_of(plan_, axis_, layer_.distance_m, z_m);
+      const bool is_near = plan_.aimed && footprint.is_near();
+      const double reach_m = footprint.reach_m(), middle_m = x_m * layer_.distance_m / z_m;
+      int first = 0, last = count - 1;
+      if (plan_.aimed) {
+        const auto place = [&](double at_m) {
+          return std::clamp((at_m - centre_m) / pitch_m + (count - 1) / 2.0, -1.0, 1.0 * count);
+        };
+        first = static_cast<int>(std::max(std::ceil(place(middle_m - reach_m)), 0.0));
+        last = static_cast<int>(std::min(std::floor(place(middle_m + reach_m)), count - 1.0));
+      }
+      const double first_m = centre_m + (first - (count - 1) / 2.0) * pitch_m;
+      if (is_near) {
+        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m},
+                 phasor / footprint.spot_m);
+        continue;
+      }
+      for (int p = first; p <= last; ++p) {
+        const double pixel_m = first_m + (p - first) * pitch_m, across_m = pixel_m - x_m;
+        const double amount = cone(x_m + across_m * z_m / depth_m, pixel_m, centre_m),
+                     length_m = std::hypot(across_m, depth_m);
+        if (amount == 0 || std::abs(across_m) > largest_sine_ * length_m) continue;
+        const double way_m = std::copysign(length_m - std::abs(depth_m), depth_m);
+        light[p] += std::complex<float>(
+            phasor *
+            std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
+      }
+    }
+  }
+
+  struct Point {
+    double x_m, z_m, depth_m;
+  };
+
+  /// kernels/gather/plane_waves.h in its plain form: plane waves towards the window, at `count`
+  /// pixels from offset_m beside the point on. Each wave is turned on from pixel to pixel.
+  void add_near(std::complex<float>* light, int count, double offset_m, double pitch_m, Point point,
+                Complex factor) const {
+    std::array<double, waves_of_a_sample> re, im, step_re, step_im;
+    for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
+      const double at_m =
+          ((static_cast<double>(i) + 0.5) / waves_of_a_sample * 2 - 1) * fan_ * half_m_;
+      const double tangent = (at_m - point.x_m) / point.z_m,
+                   cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
+      const double way_m = sine * offset_m - point.depth_m * (1 - cosine),
+                   k = 2 * pi / plan_.wavelength_m;
+      const double amount =
+          std::abs(sine) <= largest_sine_ ? cone(at_m, 0, 0) / waves_of_a_sample : 0;
+      re[i] = amount * std::cos(k * way_m);
+      im[i] = amount * std::sin(k * way_m);
+      step_re[i] = std::cos(k * sine * pitch_m);
+      step_im[i] = std::sin(k * sine * pitch_m);
+    }
+    for (int p = 0; p < count; ++p) {
+      double sum_re = 0, sum_im = 0;
+      for (std::size_t i = 0; i < waves_of_a_sample; ++i) {
+        sum_re += re[i];
+        sum_im += im[i];
+        const double turned = re[i] * step_re[i] - im[i] * step_im[i];
+        im[i] = re[i] * step_im[i] + im[i] * step_re[i];
+        re[i] = turned;
+      }
+      light[p] += std::complex<float>(factor * Complex(sum_re, sum_im));
+    }
+  }
+
+  const Plan& plan_;
+  const DepthLayer& layer_;
+  int axis_;
+  std::vector<int> padded_;
+  int n_;
+  double pitch_m_, half_m_, largest_sine_, fan_, edge_, low_m_, high_m_;
+  LineFft fft_;
+  std::vector<Complex> wanted_;
+  std::vector<std::vector<Complex>> got_;  // with each padding
+};
+
+/// Middles of a layer's WRPs, or of the most_lines in the middle of them, from that of the tiles
+/// whose light they carry: by the tiles' own.
+std::map<double, std::vector<double>> lines_along(const Plan& plan, const DepthLayer& layer,
+                                                  int axis) {
+  std::map<double, std::vector<double>> lines;
+  for (const auto& wrp : plan.wrps) {
+    const double tile_m = plan.tile_of(wrp).centre_m[axis];
+    if (&plan.layer_of(wrp) == &layer) lines[tile_m].push_back(wrp.centre_m[axis] - tile_m);
+  }
+  for (auto& [tile_m, centres] : lines) {
+    std::sort(centres.begin(), centres.end());
+    centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
+    const std::size_t count = std::min(centres.size(), most_lines),
+                      first = (centres.size() - count) / 2;
+    centres = {centres.begin() + static_cast<std::ptrdiff_t>(first),
+               centres.begin() + static_cast<std::ptrdiff_t>(first + count)};
+  }
+  return lines;
+}
+
+/// How much of the samples a layer has: the more, the more of the hologram's view its box fills.
+double share_of(const Plan& plan, const DepthLayer& layer) {
+  const auto side = [&](const DepthLayer& s) {
+    return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z;
+  };
+  double all = 0;
+  for (const auto& each : plan.layers) all += side(each).x * side(each).y;
+  return side(layer).x * side(layer).y / all;
+}
+
+}  // namespace
+
+std::vector<double> predicted_padding_errors(const Plan& plan,
+                                             const std::vector<glm::ivec2>& padded) {
+  std::vector<double> errors(padded.size());  // squares, at first
+  for (const auto& layer : plan.layers) {
+    for (int axis = 0; axis < 2; ++axis) {
+      std::vector<int> sizes;
+      for (const auto& size : padded) sizes.push_back(size[axis]);
+      std::vector<Squares> squares(padded.size());
+      for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
+        AxisOfLayer line(plan, layer, axis, tile_m, sizes);
+        for (const double centre_m : centres) line.add_padded(centre_m);
+        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(line.squares(i));
+      }
+      for (std::size_t i = 0; i < padded.size(); ++i)
+        errors[i] += share_of(plan, layer) * squares[i].relative();
+    }
+  }
+  for (auto& error : errors) error = std::sqrt(error);
+  return errors;
+}
+
+double padding_error_of(const Plan& plan) {
+  if (plan.compact || plan.is_at_hologram()) return 0;
+  return predicted_padding_errors(plan, {plan.padded})[0];
+}
+
+double cone_error_of(const Plan& plan) {
+  return plan.aimed && !plan.is_at_hologram() ? plan.cone().field_error() : 0;
+}
+
+}  // namespace raywave

@@ -1,0 +1,27 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Where light goes behind the SLM: what of the scene's light its stop passes, and where the light
+/// falls that the SLM leaves undiffracted.
+#pragma once
+
+#include "host/forecast/front_view.hpp"
+
+namespace raywave {
+
+struct SlmLight {
+  // Share of the light that the pixels can show that passes slm.stop
+  double through_stop = 1;
+  // A stop around slm.stop_centre that passes all of it, as a share of the band per axis
+  glm::dvec2 open_stop{0, 0};
+  // The zero order in the plane z_m, the scene's middle: centre and size of where it falls,
+  // relative to the picture, whose own place slm.carrier and slm.shift set
+  double z_m = 0;
+  glm::dvec2 zero_order_m{0, 0}, zero_order_size_m{0, 0};
+  bool zero_order_stopped = false;  // slm.stop keeps it away
+  double on_picture = 0;            // share of the picture's light that it falls onto
+  // The slm.shift that brings the picture beside the zero order; zero: pixels cannot show it
+  glm::dvec2 beside_m{0, 0};
+};
+
+SlmLight slm_light(const Plan& plan, const FrontView& view);
+
+}  // namespace raywave

@@ -1,0 +1,193 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/warnings.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+#include <numbers>
+
+#include "host/common/text.hpp"
+#include "host/plan/cautions.hpp"
+#include "host/plan/compact.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/light_shown.hpp"
+#include "host/plan/precision.hpp"
+
+namespace raywave {
+namespace {
+
+/// Below this share of the scene's light a loss is not worth a line.
+constexpr double least_loss = 0.005;
+
+/// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
+constexpr double least_image_loss = 0.05;
+
+std::string degrees(double sine) {
+  return number_text(std::round(std::asin(sine) * 1800 / std::numbers::pi) / 10);
+}
+
+/// Sums of the light of the front surfaces: all, what the SLM's pixels can show of it, and what
+/// passes the WRPs besides.
+struct Light {
+  double all = 0, within_pixels = 0, within_planes = 0;
+};
+
+Light light_of(const Plan& plan, const FrontView& view) {
+  Light light;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                        static_cast<std::size_t>(x);
+      const double z = view.depth_m[cell], here = view.radiance[cell];
+      if (z == 0) continue;
+      const auto place = view.place_m(x, y, z);
+      double within_pixels = here, within_planes = here;
+      for (int axis = 0; axis < 2; ++axis) {
+        within_pixels *= share_within_pixels(plan, axis, place[axis], z);
+        within_planes *= share_seen(plan, axis, place[axis], z);
+      }
+      light.all += here;
+      light.within_pixels += within_pixels;
+      light.within_planes += within_planes;
+    }
+  }
+  return light;
+}
+
+/// "[\"4.1 mm\", 0]"
+std::string shift_text(glm::dvec2 shift_m) {
+  const auto text = [](double metres) {
+    if (metres == 0) return std::string("0");
+    return in_quotes(length_text(std::round(metres * 1e5) / 1e5));
+  };
+  return "[" + text(shift_m.x) + ", " + text(shift_m.y) + "]";
+}
+
+/// What the stop cuts off, and undiffracted light in the picture.
+template <class Warn>
+void warn_of_slm(const SlmLight& light, const Warn& warn) {
+  const auto up = [](double share) { return number_text(std::ceil(share * 100) / 100); };
+  if (const double lost = 1 - light.through_stop; lost > least_loss)
+    warn(percent_text(lost) +
+         " of the light that the pixels can show is cut off by slm.stop: slm.stop [" +
+         up(light.open_stop.x) + ", " + up(light.open_stop.y) +
+         "] passes all of it; a scene closer to the axis or farther away needs less");
+  if (light.on_picture == 0 || light.zero_order_stopped) return;
+  const auto& size_m = light.zero_order_size_m;
+  const std::string place = light.zero_order_m == glm::dvec2(0)
+                                ? "the axis"
+                                : length_text(std::round(light.zero_order_m.x * 1e5) / 1e5) + ", " +
+                                      length_text(std::round(light.zero_order_m.y * 1e5) / 1e5);
+  warn("light that the SLM leaves undiffracted falls onto " + percent_text(light.on_picture) +
+       " of the picture: " + length_text(size_m.x) + " x " + length_text(size_m.y) + " around " +
+       place + "; " +
+       (light.beside_m == glm::dvec2(0)
+            ? std::string("the pixels cannot move the picture beside it: move the scene off the "
+                          "axis or farther away, or block that light where it is focused")
+            : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
+                  in_quotes(length_text(std::round(std::abs(light.z_m) * 1e5) / 1e5)) +
+                  " moves the picture beside it, slm.stop then blocks it"));
+}
+
+}  // namespace
+
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
+                                     const FrontView& view, const SlmLight& slm_light,
+                                     double resolution_m, bool is_default_pitch) {
+  std::vector<std::string> warnings;
+  const auto warn = [&](const std::string& text) { warnings.push_back(text); };
+  const auto& hologram = scene.hologram;
+  if (hologram.wavelength_m < 380e-9 || hologram.wavelength_m > 780e-9)
+    warn("hologram.wavelength " + length_text(hologram.wavelength_m) +
+         " is no visible light, 380 nm to 780 nm");
+  for (int axis = 0; axis < 2; ++axis) {
+    if (const double pitch = hologram.pitch_m[axis]; pitch < 0.2e-6 || pitch > 100e-6) {
+      warn("hologram.pitch " + length_text(pitch) + " is unlike any SLM's, 0.2 um to 100 um");
+      break;
+    }
+  }
+
+  const auto light = light_of(plan, view);
+  if (light.all > 0) {
+    if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
+      warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
+           degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+           " degrees off the axis: bring the scene closer to the axis, farther away, or give a "
+           "smaller hologram.pitch");
+    if (const double lost = (light.within_pixels - light.within_planes) / light.all;
+        lost > least_loss)
+      warn(percent_text(lost) +
+           " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
+           "it");
+  }
+  if (const double beyond = plan.images.beyond; beyond > least_image_loss)
+    warn(percent_text(beyond) +
+         " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
+         "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
+  for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
+  for (const auto& warning : compact_warnings(plan)) warn(warning);
+  warn_of_slm(slm_light, warn);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double period = plan.wavelength_m * plan.farthest_m() / plan.pitch_m[axis] +
+                          (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
+                 extent = world.max_m[axis] - world.min_m[axis];
+    if (extent > period) {
+      warn(std::string("the picture's replicas overlap it: its ") +
+           (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
+           " is more than wavelength z / pitch, " + length_text(std::round(period * 1e7) / 1e7) +
+           "; a smaller scene, a larger distance or a smaller hologram.pitch keeps them apart");
+      break;
+    }
+  }
+
+  for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
+  const double p = scene.sampling.pitch_m;
+  const double limit =
+      is_near_hologram(plan)
+          ? std::max(plan.pitch_m.x, plan.pitch_m.y)
+          : plan.wavelength_m * plan.lattice.full_z_m /
+                (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
+  // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
+  constexpr double apart = 2;
+  const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
+  if (p > 1.05 * resolution_m)
+    warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
+         detail(resolution_m) + "; a smaller one, or --preset balanced, closes the surfaces");
+  else if (is_default_pitch && p > apart * limit)
+    warn("sampling.pitch " + length_text(p) + " (default) is for a bare eye: the hologram shows " +
+         detail(limit) +
+         ", so a camera, and reconstruct, show single dots; give a smaller one, or "
+         "viewer.resolution = " +
+         in_quotes(detail(apart * limit)) + " and --preset balanced, where that matters");
+  else if (p < 0.8 * limit)
+    warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
+         length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
+  if (!plan.aimed) {
+    const double spread = (plan.far_m - plan.layers[0].distance_m) * plan.size.x * plan.pitch_m.x /
+                          plan.layers[0].distance_m;
+    if (spread > 2 * p)
+      warn("rays of the fan alias: they spread over " +
+           length_text(std::round(spread * 1e7) / 1e7) +
+           " at the scene's far side, more than twice sampling.pitch; sampling.mode \"aimed\" does "
+           "not");
+  }
+
+  const auto& materials = plan.lighting.materials;
+  const auto bounces =
+      std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
+        return materials[static_cast<std::size_t>(number)].is_specular();
+      });
+  if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
+    warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
+         " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
+  if (phase_error_turns(plan) >= scene.accuracy.phase_turns)
+    warn(
+        "the predicted error of phase is not below accuracy.phase; accuracy.precision \"double\" "
+        "has the least, on devices that can");
+  return warnings;
+}
+
+}  // namespace raywave

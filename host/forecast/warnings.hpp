@@ -1,0 +1,21 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Warnings about settings that a user may not have meant, before anything is computed.
+#pragma once
+
+#include <string>
+#include <vector>
+
+#include "host/forecast/front_view.hpp"
+#include "host/forecast/slm_light.hpp"
+
+namespace raywave {
+
+/// A line each: what, how much, and which setting changes it.
+///
+/// resolution_m      wanted_resolution_m
+/// is_default_pitch  nobody chose sampling.pitch
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
+                                     const FrontView& view, const SlmLight& slm_light,
+                                     double resolution_m, bool is_default_pitch);
+
+}  // namespace raywave

@@ -1,0 +1,83 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/cautions.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/geometric.hpp>
+#include <limits>
+
+#include "host/common/text.hpp"
+#include "host/plan/light_shown.hpp"
+
+namespace raywave {
+namespace {
+
+/// Below this share of the scene's light a loss is not worth a line.
+constexpr double least_loss = 0.005;
+
+/// Share of the vertices whose light the pixels can show, but which the lattice does not sample.
+double share_beside_lattice(const World& world, const Plan& plan) {
+  const glm::dvec2 first(plan.lattice.first), last(plan.lattice.first + plan.lattice.size);
+  double all = 0, beside = 0;
+  for (const auto& at : positions_now(world)) {
+    if (share_within_pixels(plan, 0, at.x, at.z) * share_within_pixels(plan, 1, at.y, at.z) == 0)
+      continue;
+    const auto ray = glm::dvec2(at) / at.z / plan.lattice.step;
+    ++all;
+    beside += ray.x < first.x || ray.y < first.y || ray.x > last.x || ray.y > last.y;
+  }
+  return all > 0 ? beside / all : 0;
+}
+
+}  // namespace
+
+std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan) {
+  if (!plan.compact || !scene.wrp.grid) return {};
+  const double beside = share_beside_lattice(world, plan);
+  if (beside <= least_loss) return {};
+  return {percent_text(beside) +
+          " of the scene's vertices lie beside what wrp.grid lets in: a larger wrp.grid, or "
+          "\"auto\", samples them"};
+}
+
+std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
+                                              const Plan& plan) {
+  if (!plan.aimed || world.area_samples.size() != scene.objects.size()) return {};
+  const auto two_digits = [](double length_m) {
+    const double unit = std::pow(10, std::floor(std::log10(length_m)) - 1);
+    return length_text(std::round(length_m / unit) * unit);
+  };
+  std::size_t count = 0;
+  std::string first;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    // In tangents: what the object covers, and the box around it
+    double area = 0, z_m = 0;
+    glm::dvec2 low(std::numeric_limits<double>::infinity()), high = -low;
+    for (const auto& sample : world.area_samples[i]) {
+      std::array<glm::dvec2, 3> at;
+      const auto corners = world.corners_m(sample.triangle);
+      std::transform(corners.begin(), corners.end(), at.begin(),
+                     [](const auto& corner) { return glm::dvec2(corner) / corner.z; });
+      const auto a = at[1] - at[0], b = at[2] - at[0];
+      area += sample.share * std::abs(a.x * b.y - a.y * b.x) / 2;
+      for (const auto& corner : at) {
+        low = glm::min(low, corner);
+        high = glm::max(high, corner);
+      }
+      z_m = corners[0].z;
+    }
+    if (world.object_closed[i]) area /= 2;  // a ray meets front and back
+    const double thinness = area / glm::length(high - low);
+    if (!(thinness > 0 && thinness < plan.lattice.step) || count++ > 0) continue;
+    first = scene.objects[i].where + ": about " + two_digits(thinness * z_m) +
+            " thin as seen from the hologram, where rays are " +
+            two_digits(plan.lattice.step * z_m) + " apart";
+  }
+  if (count == 0) return {};
+  return {first + (count > 1 ? " (and " + std::to_string(count - 1) + " more)" : "") +
+          ": they meet parts of it or nothing; a smaller sampling.pitch finds it"};
+}
+
+}  // namespace raywave

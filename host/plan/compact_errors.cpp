@@ -1,0 +1,253 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/plan/compact_errors.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <complex>
+#include <glm/common.hpp>
+#include <numbers>
+#include <numeric>
+#include <set>
+#include <vector>
+
+#include "host/plan/compact.hpp"
+#include "kernels/gather/compact_layout.h"
+
+namespace raywave {
+namespace {
+
+using Complex = std::complex<double>;
+
+constexpr double tau = 2 * std::numbers::pi;
+
+/// Error of a line of light that spreads over `fresnel` (a Fresnel number), relative, squared.
+/// `offset`: of its pixels from those of the plane.
+double squared_window_error(const Bell& bell, double guard, double margin_px, double fresnel,
+                            double offset) {
+  const int nodes = std::min(256 + 8 * static_cast<int>(guard * fresnel), 4096);
+  const double rays_px = 2 * guard * fresnel + margin_px;
+  std::vector<Complex> pixels;
+  const int first = static_cast<int>(std::ceil(offset - rays_px)),
+            count_px = static_cast<int>(std::floor(offset + rays_px)) + 1 - first,
+            last = first + count_px + count_px % 2 - 1;  // an even number of pixels
+  const auto at = [&](int node) { return ((node + 0.5) / nodes * 2 - 1) * bell.reach; };
+  std::vector<Complex> light;
+  for (int node = 0; node < nodes; ++node) {
+    const double t = at(node);
+    light.push_back(bell(t) * std::polar(1.0, tau / 2 * (fresnel * t * t - offset * t / guard)));
+  }
+  const auto rotor = [&](int pixel, double t) {
+    return std::polar(1.0, tau / 2 * pixel * t / guard);
+  };
+  for (int pixel = first; pixel <= last; ++pixel) {
+    Complex sum = 0;
+    for (int node = 0; node < nodes; ++node)
+      sum += light[static_cast<std::size_t>(node)] * rotor(pixel, at(node));
+    pixels.push_back(sum * (bell.reach / guard / nodes));
+  }
+  double wrong = 0;
+  int count = 0;
+  for (int node = 0; node < nodes; node += 2) {
+    const double t = at(node);
+    if (std::abs(t) > 1) continue;
+    Complex back = 0;
+    for (int pixel = first; pixel <= last; ++pixel)
+      back += pixels[static_cast<std::size_t>(pixel - first)] * std::conj(rotor(pixel, t));
+    wrong += std::norm((back - light[static_cast<std::size_t>(node)]) / bell(t));
+    ++count;
+  }
+  return wrong / std::max(count, 1);
+}
+
+/// Van der Corput's numbers in a base: evenly spread over 0 to 1.
+double spread(int i, int base) {
+  double value = 0, share = 1;
+  for (; i > 0; i /= base) value += (i % base) * (share /= base);
+  return value;
+}
+
+/// Mean over layers and four depths of what `squared_error(axis, depth, guard, fresnel)` says of
+/// both axes, the root of it. `fresnel`: Fresnel number of the light of a sample at that depth.
+template <class F>
+double rms_over_depths(const Plan& plan, const F& squared_error) {
+  constexpr int depths = 4;
+  double sum = 0;
+  for (const auto& layer : plan.layers) {
+    for (int axis = 0; axis < 2; ++axis) {
+      const double half_m = plan.tile_window_m()[axis] / 2,
+                   guard = 1.0 * plan.compact.value().size[axis] / plan.tile_size[axis];
+      for (int i = 0; i < depths; ++i) {
+        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, i / (depths - 1.0)),
+                     z0_m = layer.distance_m;
+        const double fresnel =
+            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
+        sum += squared_error(axis, (i + 0.5) / depths, guard, fresnel) / depths;
+      }
+    }
+  }
+  return std::sqrt(sum / static_cast<double>(plan.layers.size()));
+}
+
+/// Share of a line of light that is cut off a footprint.
+double share_cut_off(const CompactPlane& plane, double guard, double fresnel) {
+  return std::max(0.0, 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel));
+}
+
+/// Scan lines, and Lagrange's polynomials of them at places along the column.
+struct ScanLines {
+  std::vector<double> rows_m;
+  std::vector<std::vector<double>> lagrange;  // by place
+
+  template <class F>
+  ScanLines(int count, double half_m, int places, const F& place) : lagrange(sized(places)) {
+    for (int line = 0; line < count; ++line)
+      rows_m.push_back(std::cos(tau / 2 * (line + 0.5) / count) * half_m);
+    for (int j = 0; j < places; ++j) {
+      const double v = place(j) * half_m;
+      for (const double row_m : rows_m) {
+        double product = 1;
+        for (const double other_m : rows_m) {
+          if (other_m != row_m) product *= (v - other_m) / (row_m - other_m);
+        }
+        lagrange[static_cast<std::size_t>(j)].push_back(product);
+      }
+    }
+  }
+
+private:
+  static std::size_t sized(int count) { return static_cast<std::size_t>(count); }
+};
+
+}  // namespace
+
+int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
+  const double tolerance = plan.compact.value().lines_tolerance;
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const auto r = [&](double u, double v) { return std::hypot(u - at_m.x, v - at_m.y, at_m.z); };
+  const auto c = [&](double u, double v) { return std::hypot(u, v, z0_m); };
+  double odd = 0, even = 0;  // radians
+  for (const double u : {-half_m.x, half_m.x}) {
+    const auto coupled = [&](double v) {
+      return tau / plan.wavelength_m * (r(u, v) - r(0, v) - c(u, v) + c(0, v));
+    };
+    const double up = coupled(half_m.y), down = coupled(-half_m.y);
+    odd = std::max(odd, std::abs(up - down) / 2);
+    even = std::max(even, std::abs((up + down) / 2 - coupled(0)));
+  }
+  int count = most;
+  while (count > 1 &&
+         COMPACT_LINES_ERROR(count - 1, even, std::pow(odd + even, count - 1)) <= tolerance)
+    --count;
+  return count;
+}
+
+double predicted_window_error(const Plan& plan) {
+  const auto& plane = plan.compact.value();
+  constexpr double longest = 30;  // Fresnel number; longer footprints are no harder
+  return rms_over_depths(plan, [&](int axis, double offset, double guard, double fresnel) {
+    return squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
+                                std::min(fresnel, longest), offset) +
+           share_cut_off(plane, guard, fresnel);
+  });
+}
+
+double predicted_cut_error(const Plan& plan) {
+  return rms_over_depths(plan, [&](int, double, double guard, double fresnel) {
+    return share_cut_off(plan.compact.value(), guard, fresnel);
+  });
+}
+
+double sharpest_highlight(const Plan& plan) {
+  const auto& all = plan.lighting;
+  const bool is_lit = std::any_of(all.lights.begin(), all.lights.end(),
+                                  [](const Light& l) { return l.type != LightType::ambient; });
+  double exponent = 0;
+  for (const auto number : all.used) {
+    const auto& material = all.materials[static_cast<std::size_t>(number)];
+    if (is_lit && has_highlights(material, plan.channels()))
+      exponent = std::max(exponent, sharpest_shininess(material));
+  }
+  const double angle = plan.tile_window_m().y / 2 / plan.closest_m;
+  return exponent / 4 * angle * angle;
+}
+
+double predicted_highlights_error(const Plan& plan, int lines) {
+  const double sharpness = sharpest_highlight(plan);
+  constexpr int places = 24, middles = 17;
+  const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
+  const ScanLines scan(lines, 1, places, place);
+  double wrong = 0, all = 0;
+  for (int i = 0; i < middles; ++i) {
+    const double middle = 2.0 * i / (middles - 1) - 1;
+    const auto lobe = [&](double t) { return std::exp(-sharpness * (t - middle) * (t - middle)); };
+    std::vector<double> on_rows;
+    for (const double row : scan.rows_m) on_rows.push_back(lobe(row));
+    for (int j = 0; j < places; ++j) {
+      const auto& weights = scan.lagrange[static_cast<std::size_t>(j)];
+      const double made = std::inner_product(on_rows.begin(), on_rows.end(), weights.begin(), 0.0);
+      wrong += std::pow(made - lobe(place(j)), 2);
+      all += std::pow(lobe(place(j)), 2);
+    }
+  }
+  return std::sqrt(wrong / all);
+}
+
+double predicted_lines_error(const Plan& plan, int lines) {
+  constexpr int samples = 24, places = 12;
+  const auto half_m = plan.tile_window_m() / 2.0;
+  const double wave_number = tau / plan.wavelength_m;
+  const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
+  std::vector<ScanLines> of_count;
+  for (int count = 1; count <= lines; ++count)
+    of_count.emplace_back(count, half_m.y, places, place);
+  double sum = 0;
+  const glm::dvec2 first(plan.lattice.first), size(plan.lattice.size);
+  const std::set<std::size_t> tiles{0, plan.tiles.size() / 2, plan.tiles.size() - 1};
+  for (const auto number : tiles) {
+    const auto& tile = plan.tiles[number];
+    for (const auto& layer : plan.layers) {
+      const double z0_m = layer.distance_m;
+      for (int i = 1; i <= samples; ++i) {
+        // Within the box and what the lattice sees of it
+        const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, spread(i, 2));
+        glm::dvec2 at_m;
+        for (int axis = 0; axis < 2; ++axis) {
+          const double low = std::max(layer.min_m[axis], first[axis] * plan.lattice.step * z_m),
+                       high = std::min(layer.max_m[axis],
+                                       (first[axis] + size[axis]) * plan.lattice.step * z_m);
+          at_m[axis] = glm::mix(low, std::max(low, high), spread(i, axis == 0 ? 3 : 5)) -
+                       tile.centre_m[axis];
+        }
+        at_m.y = -at_m.y;
+        const auto length = [](double x, double y, double z) {
+          return std::sqrt(x * x + y * y + z * z);
+        };
+        const auto psi = [&](double u, double v) {
+          return wave_number * (length(u - at_m.x, v - at_m.y, z_m) - length(u, v, z0_m));
+        };
+        const int count = scan_lines_of(plan, lines, {at_m, z_m}, z0_m);
+        const auto& [rows_m, lagrange] = of_count[static_cast<std::size_t>(count - 1)];
+        // The lines, then the places between them
+        std::vector<double> v_m = rows_m, on_middle;
+        for (int j = 0; j < places; ++j) v_m.push_back(place(j) * half_m.y);
+        for (const double v : v_m) on_middle.push_back(psi(0, v));
+        std::vector<Complex> coupled(v_m.size());
+        for (int column = 0; column < places; ++column) {
+          const double u = place(column) * half_m.x;
+          for (std::size_t k = 0; k < v_m.size(); ++k)
+            coupled[k] = std::polar(1.0, psi(u, v_m[k]) - on_middle[k]);
+          for (std::size_t j = 0; j < lagrange.size(); ++j) {
+            Complex made = 0;
+            for (std::size_t line = 0; line < rows_m.size(); ++line)
+              made += coupled[line] * lagrange[j][line];
+            sum += std::norm(coupled[rows_m.size() + j] - made);
+          }
+        }
+      }
+    }
+  }
+  return std::sqrt(
+      sum / (static_cast<double>(tiles.size() * plan.layers.size()) * samples * places * places));
+}
+
+}  // namespace raywave

@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/slm_light.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+
+#include "host/forecast/presets.hpp"
+#include "host/plan/make_plan.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
+#include "tests/support/plans.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using Catch::Approx;
+using Catch::Matchers::ContainsSubstring;
+using test::mm;
+using test::um;
+
+constexpr double z_m = 100 * mm, side_m = 2 * mm;
+
+/// A square of 2 mm that faces the eye.
+World square_at(glm::dvec2 centre_m, double side = 1) {
+  World world;
+  for (const glm::dvec2 corner : {glm::dvec2(-1, -1), {1, -1}, {1, 1}, {-1, 1}})
+    world.positions.emplace_back(centre_m + corner * (side_m / 2), side * z_m);
+  world.triangles = {glm::uvec3(0, 1, 2), glm::uvec3(0, 2, 3)};
+  world.triangle_object = {0, 0};
+  world.normals.assign(4, glm::vec3(0, 0, -1));
+  world.uvs.assign(4, glm::vec2(0));
+  world.object_closed = {false};
+  world.min_m = {centre_m - side_m / 2, side * z_m};
+  world.max_m = {centre_m + side_m / 2, side * z_m};
+  return world;
+}
+
+/// 1000 x 500 pixels of 4 um at 500 nm: 4 mm x 2 mm, sines up to 1 / 16.
+Scene scene_for(const SlmSpec& slm) {
+  Scene scene;
+  scene.file = "scene.toml";
+  scene.hologram.resolution = {1000, 500};
+  scene.hologram.pitch_m = glm::dvec2(4 * um);
+  scene.hologram.wavelength_m = 500e-9;
+  scene.lights.emplace_back();
+  scene.materials = {test::glowing()};
+  scene.objects = {test::object_at("", 1, {})};
+  scene.slm = slm;
+  return scene;
+}
+
+/// side  1: the square lies beyond the hologram; -1: before it
+Planned planned(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}, double side = 1) {
+  return test::plan_scene(scene_for(slm), square_at(centre_m, side), {}, {});
+}
+
+SlmLight light_of(const SlmSpec& slm, glm::dvec2 centre_m = {0, 0}) {
+  return planned(slm, centre_m).prediction.slm_light;
+}
+
+std::string warning_with(const Planned& p, const std::string& text) {
+  for (const auto& warning : p.warnings)
+    if (warning.find(text) != std::string::npos) return warning;
+  return "";
+}
+
+SlmSpec with_stop(glm::dvec2 size, glm::dvec2 centre = {0, 0}) {
+  SlmSpec slm;
+  slm.stop = StopSpec{size, centre};
+  return slm;
+}
+
+/// Share of the light that pixels show and the stop passes, point by point, along one axis.
+double share_by_points(double from_m, double to_m, double half_m, double size, double centre) {
+  constexpr int steps = 400;
+  double shown = 0, passed = 0;
+  for (int i = 0; i < steps; ++i) {
+    for (int j = 0; j < steps; ++j) {
+      const double x = from_m + (to_m - from_m) * (i + 0.5) / steps,
+                   on_slm = half_m * ((2 * j + 1.0) / steps - 1);
+      const double cycles = (on_slm - x) / std::hypot(on_slm - x, z_m) * 8;  // pitch / wavelength
+      if (std::abs(cycles) > 0.5) continue;
+      shown += 1;
+      const double away = cycles - centre;
+      passed += std::abs(away - std::round(away)) <= size / 2 ? 1 : 0;
+    }
+  }
+  return passed / shown;
+}
+
+TEST_CASE("the share of light that a stop passes is that of a sum over points") {
+  CHECK(light_of({}).through_stop == 1);
+  struct Case {
+    glm::dvec2 place_m, size, centre;
+  };
+  for (const auto& [place_m, size, centre] :
+       {Case{{0, 0}, {1, 1}, {0, 0}},
+        {{0, 0}, {0.3, 1}, {0, 0}},
+        {{0, 0}, {0.3, 0.2}, {0, 0}},
+        {{0, 0}, {0.2, 0.2}, {0.1, -0.05}},
+        {{3 * mm, -1 * mm}, {0.4, 0.2}, {-0.2, 0.1}},
+        {{5 * mm, 0}, {0.3, 1}, {0.45, 0}}}) {  // reaches over the band's edge
+    const auto light = light_of(with_stop(size, centre), place_m);
+    const double x = share_by_points(place_m.x - side_m / 2, place_m.x + side_m / 2, 2 * mm, size.x,
+                                     centre.x),
+                 y = share_by_points(place_m.y - side_m / 2, place_m.y + side_m / 2, 1 * mm, size.y,
+                                     centre.y);
+    INFO(size.x << " " << size.y << " around " << centre.x << " " << centre.y);
+    CHECK(light.through_stop == Approx(x * y).margin(0.01));
+  }
+}
+
+TEST_CASE("the stop that a plan asks for passes all light, and a narrower one does not") {
+  for (const glm::dvec2 place_m : {glm::dvec2(0), {2 * mm, -1 * mm}}) {
+    const auto open = light_of(with_stop({0.1, 0.1}), place_m).open_stop;
+    CHECK(light_of(with_stop(open * 1.01), place_m).through_stop == Approx(1).margin(1e-6));
+    CHECK(light_of(with_stop(open * 0.9), place_m).through_stop < 0.999);
+  }
+  const auto p = planned(with_stop({0.1, 0.1}));
+  CHECK_THAT(warning_with(p, "cut off by slm.stop"),
+             ContainsSubstring("slm.stop [0.") && ContainsSubstring("passes all of it"));
+  CHECK(warning_with(planned(with_stop({1, 1})), "cut off by slm.stop").empty());
+}
+
+TEST_CASE("a stop that passes none of the light is refused with a centre that passes some") {
+  const auto refusal = [](const SlmSpec& slm, glm::dvec2 centre_m) {
+    return input_error_of([&] { make_plan(scene_for(slm), square_at(centre_m)); });
+  };
+  // From -3 to 3 mm over 100 mm, times 8: cycles from -0.24 to 0.24
+  const auto missed = with_stop({0.1, 0.5}, {0.4, 0});
+  CHECK(refusal(missed, {0, 0}) ==
+        "scene.toml: slm.stop passes none of the scene's light: of x it passes 0.35 to 0.45 cycles "
+        "per pixel, and the light has -0.24 to 0.24; give slm.stop_centre = [0, 0]");
+  CHECK_THAT(refusal(with_stop({0.5, 0.02}, {0, -0.3}), {0, 0}),
+             ContainsSubstring("of y it passes"));
+  CHECK(refusal(with_stop({0.1, 0.5}, {0.28, 0}), {0, 0}).empty());
+  // The scene at +x lights the SLM with light towards -x.
+  CHECK(refusal(with_stop({0.1, 0.5}, {-0.4, 0}), {5 * mm, 0}).empty());
+  CHECK_FALSE(refusal(missed, {5 * mm, 0}).empty());
+}
+
+TEST_CASE("without a carrier, undiffracted light falls around the axis, on the part it covers") {
+  const auto on_axis = light_of({});
+  CHECK(on_axis.zero_order_m == glm::dvec2(0));
+  CHECK(on_axis.zero_order_size_m.x == Approx(4 * mm));
+  CHECK(on_axis.zero_order_size_m.y == Approx(2 * mm));
+  CHECK(on_axis.z_m == Approx(z_m));
+  CHECK(on_axis.on_picture == Approx(1).margin(0.01));
+  CHECK(light_of({}, {2 * mm, 0}).on_picture == Approx(0.5).margin(0.01));
+  CHECK(light_of({}, {3.2 * mm, 0}).on_picture == 0);
+  CHECK_THAT(warning_with(planned({}), "undiffracted"),
+             ContainsSubstring("100 % of the picture: 4 mm x 2 mm around the axis"));
+}
+
+TEST_CASE("a carrier or a shift moves the picture off the zero order, by as much as it says") {
+  SlmSpec slm;
+  slm.shift_m = {0, 1 * mm};
+  slm.shift_distance_m = z_m;
+  const auto half = light_of(slm);
+  CHECK(half.zero_order_m.x == Approx(0).margin(1e-12));
+  CHECK(half.zero_order_m.y == Approx(-1 * mm));
+  CHECK(half.on_picture == Approx(0.5).margin(0.01));
+  // The sine is 0.1 / 8.
+  SlmSpec by_carrier;
+  by_carrier.carrier = {-0.1, 0};
+  CHECK(light_of(by_carrier).zero_order_m.x ==
+        Approx(-z_m * std::tan(std::asin(0.1 / 8))).epsilon(1e-9));
+  // Burckhardt's encoding brings a carrier of a third of the band.
+  SlmSpec burckhardt;
+  burckhardt.encoding = Encoding::burckhardt;
+  const auto beside = light_of(burckhardt);
+  CHECK(beside.zero_order_m.x == Approx(-z_m * std::tan(std::asin(1.0 / 3 / 8))));
+  CHECK(beside.on_picture == 0);
+}
+
+TEST_CASE("the shift that a warning gives moves the picture beside the zero order") {
+  for (const double side : {1.0, -1.0}) {
+    const auto before = planned({}, {0, 0.3 * mm}, side);
+    const auto shift_m = before.prediction.slm_light.beside_m;
+    CHECK(shift_m.x == 0);
+    CHECK(std::abs(shift_m.y) ==
+          Approx(1.05 * 1.7 * mm).epsilon(0.01));  // half of both less 0.3 mm, and a margin
+    CHECK_THAT(warning_with(before, "undiffracted"),
+               ContainsSubstring("slm.shift = [0, \"") &&
+                   ContainsSubstring("slm.shift_distance = \"100 mm\""));
+    SlmSpec slm;
+    slm.shift_m = shift_m;
+    slm.shift_distance_m = std::abs(before.prediction.slm_light.z_m);
+    const auto after = planned(slm, {0, 0.3 * mm}, side);
+    CHECK(after.prediction.slm_light.on_picture == 0);
+    CHECK(warning_with(after, "undiffracted").empty());
+  }
+}
+
+TEST_CASE("a stop that keeps the zero order away ends the warning") {
+  auto slm = with_stop({0.3, 1});
+  slm.carrier = {0.2, 0};
+  const auto p = planned(slm, {2 * mm, 0});
+  CHECK(p.prediction.slm_light.zero_order_stopped);
+  CHECK(warning_with(p, "undiffracted").empty());
+  slm.stop->size.x = 0.5;
+  CHECK_FALSE(light_of(slm, {2 * mm, 0}).zero_order_stopped);
+}
+
+TEST_CASE("a shift beyond the band and a flatness picture that does not fit are refused by plans") {
+  SlmSpec slm;
+  slm.shift_m = {20 * mm, 0};
+  CHECK_THAT(input_error_of([&] { planned(slm); }), ContainsSubstring("give a smaller shift"));
+  SlmSpec uneven;
+  uneven.flatness.where = "scene.toml:3: slm: flatness";
+  uneven.flatness.picture = {2, 1, {0, 0}};
+  CHECK_THAT(input_error_of([&] { planned(uneven); }),
+             ContainsSubstring("scene.toml:3: slm: flatness: the picture is 2 x 1, the SLM 1000 x "
+                               "500"));
+}
+
+}  // namespace
+}  // namespace raywave
