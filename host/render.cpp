@@ -8,6 +8,9 @@
 #include <span>
 #include <utility>
 
+#include "host/carriers/at_hologram/carrier.hpp"
+#include "host/carriers/virtual_planes/carrier.hpp"
+#include "host/carriers/wrps/carrier.hpp"
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/common/text.hpp"
@@ -16,30 +19,46 @@
 #include "host/plan/cautions.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
-#include "host/propagate/propagate_stage.hpp"
 #include "host/trace/device_limits.hpp"
-#include "host/trace/trace_stage.hpp"
+#include "host/trace/traced_world.hpp"
 
 namespace raywave {
 
-/// The pipeline. Each stage on the device has three verbs: `prepare` for a plan, `run` for a piece
-/// of the picture, `finish` for what is complete. Lasers come one after another.
+namespace {
+
+/// The one place that chooses how light travels.
+std::unique_ptr<Carrier> make_carrier(const cl::Device& device, const Plan& plan,
+                                      CarrierOptions options, StageTimes& times) {
+  if (plan.compact) return std::make_unique<VirtualPlaneCarrier>(device, std::move(options), times);
+  if (plan.is_at_hologram())
+    return std::make_unique<HologramCarrier>(device, std::move(options), times);
+  return std::make_unique<WrpCarrier>(device, std::move(options), times);
+}
+
+/// True when the same carrier serves both.
+bool travels_alike(const Plan& a, const Plan& b) {
+  return a.compact.has_value() == b.compact.has_value() && a.is_at_hologram() == b.is_at_hologram();
+}
+
+}  // namespace
+
+/// The pipeline. Each stage on the device has three verbs: `prepare` for a plan, `run` (of carriers
+/// `carry`) for a piece of the picture, `finish` for what is complete. Lasers come one after
+/// another.
 struct Renderer::State {
   struct Stages {
-    Stages(const State& state, StageTimes& times);
-
-    TraceStage tracer;
-    PropagateStage propagator;
+    std::unique_ptr<Carrier> carrier;  // null before it is prepared
     RefineStage refiner;
     EncodeStage encoder;
+    std::vector<FieldStack> kept_planes;  // RenderResult::wrps
   };
   /// What a laser does not share with the others.
   struct Laser {
     Scene scene;
     Plan plan;
-    bool is_planned = false;            // for where the objects are now
-    std::vector<std::string> cautions;  // notes
-    std::unique_ptr<Stages> stages;     // null before the first plan
+    std::vector<std::string> cautions;   // notes
+    std::unique_ptr<Stages> stages;      // null before the first plan
+    std::optional<std::uint64_t> as_of;  // State::changes_ that the plan knows
   };
 
   /// world           null: is built
@@ -48,7 +67,7 @@ struct Renderer::State {
         RenderOptions options, bool one_at_a_time = false);
 
   std::vector<RenderResult> render_lasers();
-  RenderResult render(std::size_t laser);
+  RenderResult render(Laser& laser);
   /// Of the scene of each laser.
   void change(const std::function<void(Scene&)>& change_scene);
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
@@ -56,81 +75,66 @@ struct Renderer::State {
   void set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
                     std::span<const glm::vec3> normals);
 
-  void show(std::size_t laser);
-  void make_first_plan();
-  void make_plan();
-  void prepare();
-  void trace(std::size_t wrp, int frame, RenderResult& result);
-  void propagate(std::size_t wrp);
-  void encode(std::size_t tile, int frame);
-  void refine();
-  void keep_wrp(std::size_t wrp, RenderResult& result) const;
-  void finish(RenderResult& result);
+  void prepare(Laser& laser);
+  void make_plan(Laser& laser);
+  void make_first_plan(Laser& laser);
+  CarrierOptions carrier_options(Laser& laser);
+  void keep_plane(Laser& laser, std::size_t wrp, const cl::ComplexBuffer& stack, int plane);
+  RenderResult finish(Laser& laser);
 
-  const Plan* base_plan() const;
-  const FieldStack* refine_start() const;
-  void report(const std::string& what, double share) const;
+  std::size_t number_of(const Laser& laser) const {
+    return static_cast<std::size_t>(&laser - lasers_.data());
+  }
+  const Plan* base_plan(const Laser& laser) const;
+  const FieldStack* refine_start(const Laser& laser) const;
+  void report(const Laser& laser, const std::string& what, double share) const;
 
   cl::Device device_;
   RenderOptions options_;
   bool one_at_a_time_;
-  World world_;
-  bool is_moved_ = true;    // the world, to where the scenes have its objects
-  bool is_placed_ = false;  // the world as it is, on the device
-  std::shared_ptr<TracedWorld> traced_ = std::make_shared<TracedWorld>();
   StageTimes times_;
-  std::vector<Laser> lasers_;
-  std::size_t number_ = 0;          // of the laser that is rendered
-  Laser* laser_ = nullptr;          // that is rendered
-  const Laser* ready_ = nullptr;    // whose stages were prepared last
-  std::optional<WrpField> on_wrp_;  // traced last
+  World world_;
+  TracedWorld traced_;
+  std::vector<Laser> lasers_;  // as many as at first
+  // Changes of the scenes so far; those that the world has, and those that the device has
+  std::uint64_t changes_ = 0, changes_of_world_ = 0;
+  std::optional<std::uint64_t> changes_of_device_;
+  const Laser* ready_ = nullptr;  // whose samples and kernels the device has
 };
 
 /// Computes a picture. Fields stay on the device from the first ray to the last grey level. Tiles
 /// come one after another, so that memory for one is enough. Frames differ in their random phases
 /// only.
-RenderResult Renderer::State::render(std::size_t laser) {
-  show(laser);
-  const auto& plan = laser_->plan;
-  auto& stages = *laser_->stages;
-  stages.propagator.drop();
-  RenderResult result;
-  result.wrps.resize(options_.keep_wrps ? plan.wrps.size() : 0);
-  if (plan.refine) stages.refiner.prepare(plan, refine_start());
-  const double unit = std::sqrt(stages.tracer.radiance_unit());
-  stages.encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
-  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
-    const auto [first, end] = plan.wrps_of(tile);
-    for (int frame = 0; frame < plan.frames; ++frame) {
-      for (auto wrp = first; wrp < end; ++wrp) {
-        trace(wrp, frame, result);
-        propagate(wrp);
-      }
-      encode(tile, frame);
-    }
-  }
-  if (plan.refine) refine();
-  finish(result);
-  return result;
+RenderResult Renderer::State::render(Laser& laser) {
+  prepare(laser);
+  const auto& plan = laser.plan;
+  auto& [carrier, refiner, encoder, kept] = *laser.stages;
+  const auto* start = refine_start(laser);
+  if (plan.refine) refiner.prepare(plan, start);
+  const double unit = std::sqrt(traced_.scene().radiance_unit);
+  encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
+  kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
+  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile)
+    for (int frame = 0; frame < plan.frames; ++frame)
+      encoder.run(carrier->carry(tile, frame), tile, frame);
+  if (plan.refine) refiner.run(start ? *start : encoder.field, traced_.scene());
+  return finish(laser);
 }
 
 std::vector<RenderResult> Renderer::State::render_lasers() {
   std::vector<RenderResult> results;
-  for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
+  for (auto& laser : lasers_) {
     results.push_back(render(laser));
     if (!one_at_a_time_) continue;
     ready_ = nullptr;
-    laser_->stages = nullptr;
+    laser.stages = nullptr;
   }
   return results;
 }
 
 void Renderer::State::change(const std::function<void(Scene&)>& change_scene) {
-  is_moved_ = is_placed_ = false;
-  for (auto& laser : lasers_) {
-    change_scene(laser.scene);
-    laser.is_planned = false;
-  }
+  ++changes_;
+  for (auto& laser : lasers_) change_scene(laser.scene);
 }
 
 void Renderer::State::set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
@@ -149,74 +153,59 @@ void Renderer::State::set_vertices(std::size_t object, std::span<const glm::dvec
   change([&](Scene& scene) { scene.objects.at(object).shape.reset(); });
 }
 
-/// Makes a laser the one that is rendered, for where the objects are now.
-void Renderer::State::show(std::size_t laser) {
-  number_ = laser;
-  laser_ = &lasers_[laser];
-  if (ready_ == laser_ && laser_->is_planned) return;
+/// Makes world, plan, kernels and memory fit where the objects are now, and the laser. Propagation
+/// comes before the samples: it refuses at once what it cannot do.
+void Renderer::State::prepare(Laser& laser) {
+  if (ready_ == &laser && laser.as_of == changes_) return;
   ready_ = nullptr;
-  if (!is_moved_) {
+  if (changes_of_world_ != changes_) {
     const StageClock clock(times_, "meshes");
-    move_objects(laser_->scene, world_);
-    is_moved_ = true;
+    move_objects(laser.scene, world_);
+    changes_of_world_ = changes_;
   }
-  if (!laser_->stages)
-    make_first_plan();
-  else if (!laser_->is_planned)
-    make_plan();
-  prepare();
-  laser_->is_planned = true;
-  ready_ = laser_;
+  if (!laser.stages)
+    make_first_plan(laser);
+  else if (laser.as_of != changes_)
+    make_plan(laser);
+  auto& carrier = laser.stages->carrier;
+  if (!carrier) carrier = make_carrier(device_, laser.plan, carrier_options(laser), times_);
+  carrier->fit(laser.plan);
+  const bool has_stayed = std::exchange(changes_of_device_, {}) == changes_;
+  traced_.prepare(world_, laser.plan, has_stayed, [&] { carrier->release(); });
+  changes_of_device_ = changes_;
+  carrier->prepare(traced_.scene(), traced_.table());
+  laser.as_of = changes_;
+  ready_ = &laser;
 }
 
 /// Plans the scene anew, in the same tiles.
-void Renderer::State::make_plan() {
+void Renderer::State::make_plan(Laser& laser) {
   const StageClock clock(times_, "plan");
-  auto& plan = laser_->plan;
-  plan = raywave::make_plan(laser_->scene, world_, options_.method, options_.rays_per_axis,
-                            device_.info().fp64, base_plan() ? base_plan() : &plan);
+  const auto* from = base_plan(laser) ? base_plan(laser) : &laser.plan;
+  auto plan = raywave::make_plan(laser.scene, world_, options_.method, options_.rays_per_axis,
+                                 device_.info().fp64, from);
+  if (!travels_alike(plan, laser.plan)) laser.stages->carrier = nullptr;
+  laser.plan = std::move(plan);
 }
 
-/// Makes kernels and memory fit the plan. Propagation comes first: it refuses at once what it
-/// cannot do, while tracing compiles kernels.
-void Renderer::State::prepare() {
-  auto& stages = *laser_->stages;
-  stages.propagator.prepare(laser_->plan, options_.method, options_.keep_field);
-  const bool has_stayed = std::exchange(is_placed_, false);
-  stages.tracer.prepare(world_, laser_->plan, has_stayed);
-  is_placed_ = true;
-}
-
-/// Rays and surface samples: the field on a WRP.
-void Renderer::State::trace(std::size_t wrp, int frame, RenderResult& result) {
-  const auto& plan = laser_->plan;
-  const auto [first, end] = plan.wrps_of(plan.wrps[wrp].tile);
-  const auto frames = static_cast<std::size_t>(plan.frames),
-             done = frames * first + static_cast<std::size_t>(frame) * (end - first) + wrp - first;
-  report("WRP " + std::to_string(wrp + 1) + " of " + std::to_string(plan.wrps.size()) +
-             (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
-         static_cast<double>(done) / static_cast<double>(frames * plan.wrps.size()));
-  const bool is_whole = options_.keep_wrps || options_.fft != cl::FftBackend::host;
-  on_wrp_.emplace(laser_->stages->tracer.run(wrp, frame, is_whole));
-  if (options_.keep_wrps) keep_wrp(wrp, result);
-}
-
-/// Shifted angular spectrum: from the WRP to the hologram, where the fields add up.
-void Renderer::State::propagate(std::size_t wrp) {
-  laser_->stages->propagator.run(wrp, on_wrp_->stack, on_wrp_->plane, on_wrp_->lit);
-}
-
-/// The phase of the sum as grey levels.
-void Renderer::State::encode(std::size_t tile, int frame) {
-  auto& stages = *laser_->stages;
-  stages.encoder.run(stages.propagator.finish(), tile, frame);
-}
-
-/// Phases whose pictures are what a lens sees, of all frames together.
-void Renderer::State::refine() {
-  auto& stages = *laser_->stages;
-  const auto* start = refine_start();
-  stages.refiner.run(start ? *start : stages.encoder.field, stages.tracer.scene());
+CarrierOptions Renderer::State::carrier_options(Laser& laser) {
+  CarrierOptions options{options_.fft, options_.keep_field, {}, {}};
+  options.filling = [this, &laser](std::size_t wrp, int frame) {
+    const auto& plan = laser.plan;
+    const auto [first, end] = plan.wrps_of(plan.wrps[wrp].tile);
+    const auto frames = static_cast<std::size_t>(plan.frames),
+               done =
+                   frames * first + static_cast<std::size_t>(frame) * (end - first) + wrp - first;
+    report(laser,
+           "WRP " + std::to_string(wrp + 1) + " of " + std::to_string(plan.wrps.size()) +
+               (frames > 1 ? ", frame " + std::to_string(frame + 1) : ""),
+           static_cast<double>(done) / static_cast<double>(frames * plan.wrps.size()));
+  };
+  if (options_.keep_wrps)
+    options.filled = [this, &laser](std::size_t wrp, const cl::ComplexBuffer& stack, int plane) {
+      keep_plane(laser, wrp, stack, plane);
+    };
+  return options;
 }
 
 namespace {
@@ -246,67 +235,72 @@ void add_material_notes(const std::vector<std::string>& all, std::vector<std::st
 
 }  // namespace
 
-Renderer::State::Stages::Stages(const State& state, StageTimes& times)
-    : tracer(state.device_, times, state.traced_),
-      propagator(state.device_, state.options_.fft, times),
-      refiner(state.device_, state.options_.fft, times,
-              [&state](const std::string& what, double share) { state.report(what, share); }),
-      encoder(state.device_, state.options_.keep_field, times) {}
-
 Renderer::State::State(const cl::Device& device, std::vector<Scene> scenes,
                        std::optional<World> world, RenderOptions options, bool one_at_a_time)
-    : device_(device), options_(std::move(options)), one_at_a_time_(one_at_a_time) {
-  for (auto& scene : scenes) lasers_.emplace_back().scene = std::move(scene);
+    : device_(device),
+      options_(std::move(options)),
+      one_at_a_time_(one_at_a_time),
+      traced_(device, times_),
+      lasers_(scenes.size()) {
+  for (std::size_t i = 0; i < scenes.size(); ++i) lasers_[i].scene = std::move(scenes[i]);
   if (world) {
     world_ = std::move(*world);
   } else {
-    report("meshes", 0);
+    report(lasers_.at(0), "meshes", 0);
     const StageClock clock(times_, "meshes");
     world_ = build_world(lasers_.at(0).scene);
   }
-  for (std::size_t laser = 0; laser < (one_at_a_time_ ? 1 : lasers_.size()); ++laser) show(laser);
+  for (auto& laser : std::span(lasers_).first(one_at_a_time_ ? 1 : lasers_.size())) prepare(laser);
 }
 
-const Plan* Renderer::State::base_plan() const {
-  return options_.base_plans.empty() ? nullptr : options_.base_plans.at(number_).get();
+const Plan* Renderer::State::base_plan(const Laser& laser) const {
+  return options_.base_plans.empty() ? nullptr : options_.base_plans.at(number_of(laser)).get();
 }
 
-const FieldStack* Renderer::State::refine_start() const {
-  return options_.refine_starts.empty() ? nullptr : &options_.refine_starts.at(number_);
+const FieldStack* Renderer::State::refine_start(const Laser& laser) const {
+  return options_.refine_starts.empty() ? nullptr : &options_.refine_starts.at(number_of(laser));
 }
 
 /// Plans the scene in as few tiles as memory allows.
-void Renderer::State::make_first_plan() {
-  auto& [scene, plan, is_planned, cautions, stages] = *laser_;
+void Renderer::State::make_first_plan(Laser& laser) {
+  auto& [scene, plan, cautions, stages, as_of] = laser;
   const auto limits =
       limits_of(device_.info()).for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
   const MemoryUse use{options_.method, options_.fft, options_.keep_field};
-  plan = base_plan() ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
-                                          device_.info().fp64, base_plan())
-                     : fitting_plan(scene, world_, limits, use, options_.rays_per_axis,
-                                    device_.info().fp64);
+  const auto* from = base_plan(laser);
+  plan =
+      from ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
+                                device_.info().fp64, from)
+           : fitting_plan(scene, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
   require_memory(device_, plan, memory_needs(world_, plan, use, limits.largest_buffer_bytes), use,
                  limits);
   cautions = cut_warnings(scene, world_, plan);
   for (auto& warning : thin_object_warnings(scene, world_, plan))
     cautions.push_back(std::move(warning));
-  if (options_.planned && number_ == 0) options_.planned(scene, world_, plan);
-  report("tree and kernels", 0);
-  stages = std::make_unique<Stages>(*this, times_);
+  if (options_.planned && number_of(laser) == 0) options_.planned(scene, world_, plan);
+  report(laser, "tree and kernels", 0);
+  auto progress = [this, &laser](const std::string& what, double share) {
+    report(laser, what, share);
+  };
+  stages.reset(new Stages{nullptr,
+                          {device_, options_.fft, times_, std::move(progress)},
+                          {device_, options_.keep_field, times_},
+                          {}});
 }
 
-void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
-  const auto& plan = laser_->plan;
+void Renderer::State::keep_plane(Laser& laser, std::size_t wrp, const cl::ComplexBuffer& stack,
+                                 int plane) {
+  const auto& plan = laser.plan;
   const auto size = plan.compact ? plan.compact->size : plan.tile_size;
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y),
              stride = plan.compact ? static_cast<std::size_t>(plan.compact->row_stride()) : width;
   std::vector<std::complex<float>> samples(stride * rows);
-  on_wrp_->stack.read(samples, static_cast<std::size_t>(on_wrp_->plane) * samples.size());
+  stack.read(samples, static_cast<std::size_t>(plane) * samples.size());
   for (std::size_t row = 1; row < rows && stride > width; ++row)
     std::copy_n(&samples[row * stride], width, &samples[row * width]);
   samples.resize(width * rows);
-  brighten(samples, laser_->stages->tracer.radiance_unit(), plan);
-  auto& kept = result.wrps[wrp];
+  brighten(samples, traced_.scene().radiance_unit, plan);
+  auto& kept = laser.stages->kept_planes[wrp];
   kept.nx = size.x;
   kept.ny = size.y;
   kept.frames = plan.frames;
@@ -314,16 +308,20 @@ void Renderer::State::keep_wrp(std::size_t wrp, RenderResult& result) const {
 }
 
 /// Completes a picture, with what the user should know of it.
-void Renderer::State::finish(RenderResult& result) {
-  const auto& plan = laser_->plan;
-  auto& [tracer, propagator, refiner, encoder] = *laser_->stages;
-  propagator.add_notes(result.notes);
+RenderResult Renderer::State::finish(Laser& laser) {
+  const auto& plan = laser.plan;
+  auto& [carrier, refiner, encoder, kept] = *laser.stages;
+  const double radiance_unit = traced_.scene().radiance_unit;
+  const auto table = traced_.table();
+  RenderResult result;
+  result.wrps = std::move(kept);
+  carrier->add_notes(result.notes);
   if (plan.refine) result.refined = refiner.finish();
-  encoder.finish(tracer.radiance_unit(), result.refined ? &result.refined->phases : nullptr);
-  result.notes.insert(result.notes.end(), laser_->cautions.begin(), laser_->cautions.end());
-  add_material_notes(material_notes(laser_->scene, world_), result.notes);
+  encoder.finish(radiance_unit, result.refined ? &result.refined->phases : nullptr);
+  result.notes.insert(result.notes.end(), laser.cautions.begin(), laser.cautions.end());
+  add_material_notes(material_notes(laser.scene, world_), result.notes);
   result.found = world_.found;
-  if (plan.aimed && tracer.samples() == 0)
+  if (table && table->count == 0)
     result.notes.emplace_back(
         "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
         "sampling.pitch, or lie where the pixels cannot show them");
@@ -333,22 +331,24 @@ void Renderer::State::finish(RenderResult& result) {
   result.plan = plan;
   result.levels = std::move(encoder.levels);
   result.panel = encoder.panel();
-  result.clip = encoder.own_clip() * std::sqrt(tracer.radiance_unit());
+  result.clip = encoder.own_clip() * std::sqrt(radiance_unit);
   result.field = std::move(encoder.field);
-  result.samples = tracer.samples();
-  result.hidden_samples = tracer.hidden_samples();
-  report("done", 1);
+  result.samples = table ? table->count : 0;
+  result.hidden_samples = table ? table->hidden : 0;
+  report(laser, "done", 1);
   result.device_peak_bytes = device_.peak_bytes();
   auto times = std::exchange(times_, {});
   result.seconds = std::move(times.wall_s);
   result.processor_seconds = std::move(times.processor_s);
+  return result;
 }
 
-void Renderer::State::report(const std::string& what, double share) const {
+void Renderer::State::report(const Laser& laser, const std::string& what, double share) const {
   if (!options_.progress) return;
   if (lasers_.size() == 1) return options_.progress(what, share);
-  options_.progress(length_text(lasers_[number_].scene.hologram.wavelength_m) + ": " + what,
-                    (static_cast<double>(number_) + share) / static_cast<double>(lasers_.size()));
+  options_.progress(
+      length_text(laser.scene.hologram.wavelength_m) + ": " + what,
+      (static_cast<double>(number_of(laser)) + share) / static_cast<double>(lasers_.size()));
 }
 
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
@@ -416,7 +416,7 @@ void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = cl
 
 RenderResult Renderer::render() {
   try {
-    return state_->render(0);
+    return state_->render(state_->lasers_[0]);
   } catch (...) {
     state_->times_ = {};
     throw;

@@ -3,6 +3,8 @@
 /// "Precision of phase", derives it.
 #pragma once
 
+#include <array>
+
 #include "host/plan/plan.hpp"
 
 namespace raywave {

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Sizes of compact gathering (compact.cl), for the device and, as C++, for
-// host/trace/compact_gatherer.cpp.
+// host/carriers/virtual_planes/compact_gatherer.cpp.
 #ifndef RAYWAVE_COMPACT_LAYOUT_H
 #define RAYWAVE_COMPACT_LAYOUT_H
 

@@ -6,12 +6,12 @@
 #include <complex>
 #include <numbers>
 
+#include "host/carriers/virtual_planes/compact_gatherer.hpp"
+#include "host/carriers/virtual_planes/compact_propagator.hpp"
 #include "host/plan/compact.hpp"
 #include "host/plan/precision.hpp"
-#include "host/propagate/compact_propagator.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
-#include "host/trace/compact_gatherer.hpp"
 #include "host/view/compare.hpp"
 #include "kernels/gather/compact_layout.h"
 #include "tests/support/catch.hpp"

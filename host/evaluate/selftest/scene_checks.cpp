@@ -6,16 +6,16 @@
 #include <glm/geometric.hpp>
 
 #include "host/evaluate/selftest/selfcheck.hpp"
+#include "host/carriers/virtual_planes/compact_gatherer.hpp"
+#include "host/carriers/virtual_planes/compact_propagator.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
 #include "host/plan/make_plan.hpp"
-#include "host/propagate/compact_propagator.hpp"
 #include "host/reference/compact.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/lens.hpp"
 #include "host/reference/samples.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
-#include "host/trace/compact_gatherer.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/view/lens.hpp"
 

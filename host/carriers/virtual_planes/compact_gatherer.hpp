@@ -7,7 +7,7 @@
 #include <tuple>
 #include <vector>
 
-#include "host/trace/footprint_bins.hpp"
+#include "host/carriers/virtual_planes/footprint_bins.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {

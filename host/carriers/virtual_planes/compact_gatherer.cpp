@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/trace/compact_gatherer.hpp"
+#include "host/carriers/virtual_planes/compact_gatherer.hpp"
 
 #include <algorithm>
 #include <cmath>

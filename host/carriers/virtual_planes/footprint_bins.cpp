@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/trace/footprint_bins.hpp"
+#include "host/carriers/virtual_planes/footprint_bins.hpp"
 
 #include <algorithm>
 #include <limits>

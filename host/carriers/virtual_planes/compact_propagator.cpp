@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/propagate/compact_propagator.hpp"
+#include "host/carriers/virtual_planes/compact_propagator.hpp"
 
 #include <cmath>
 

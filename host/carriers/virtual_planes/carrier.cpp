@@ -1,0 +1,49 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/carriers/virtual_planes/carrier.hpp"
+
+#include "host/plan/compact.hpp"
+
+namespace raywave {
+
+void VirtualPlaneCarrier::fit(const Plan& plan) {
+  plan_ = &plan;
+  if (!propagator_) {
+    const StageClock clock(times_, "prepare");
+    propagator_.emplace(device_, plan, options_.fft);
+  }
+  hands_on_transforms_ = encodes_transforms(plan, options_.keep_field);
+  if (hands_on_transforms_)
+    field_ = {};
+  else
+    make_field();
+}
+
+void VirtualPlaneCarrier::make_source(const DeviceScene& scene, const SampleTable* table,
+                                      int frames) {
+  gatherer_.emplace(device_, *plan_, scene, *table, frames);
+}
+
+PlanePart VirtualPlaneCarrier::fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool is_whole) {
+  return gatherer_->gather(wrp, stack, is_whole);
+}
+
+void VirtualPlaneCarrier::add(const Wrp& wrp, bool is_first, const FilledPlane& plane) {
+  const StageClock clock(times_, "propagate");
+  if (hands_on_transforms_)
+    transformed_.emplace(
+        propagator_->transform(plane.stack, plane.plane, plane.lit, wrp.centre_m.z));
+  else
+    propagator_->add(plane.stack, plane.plane, plane.lit, wrp.centre_m.z, is_first, field_);
+  device_.finish();
+}
+
+TileField VirtualPlaneCarrier::sum() {
+  if (hands_on_transforms_) return transformed_.value();
+  return field_;
+}
+
+void VirtualPlaneCarrier::add_notes(std::vector<std::string>& notes) const {
+  for (auto& warning : compact_warnings(*plan_)) notes.push_back(std::move(warning));
+}
+
+}  // namespace raywave
