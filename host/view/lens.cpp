@@ -82,7 +82,7 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
   lens.bias = scene.bias_m;
-  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.farthest_m));
+  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.farthest_m()));
   lens.spread_x = what.area ? lens.pitch_x : 0;
   lens.spread_y = what.area ? lens.pitch_y : 0;
   lens.scatter = scatter_of(what.points);
