@@ -5,9 +5,9 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
-#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/carriers/virtual_planes/compact_propagator.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/reference/compact.hpp"
