@@ -24,6 +24,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
 

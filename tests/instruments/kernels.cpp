@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <regex>
 
+#include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/kernel_options.hpp"
@@ -56,10 +57,13 @@ std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
 
 Names declared_kernels() {
   Names names;
-  const std::regex declaration(R"(__kernel\s+void\s+(\w+)\s*\()");
+  // Kernels of kernels/common/scan.cl are there for two types
+  const std::regex declaration(R"(__kernel\s+void\s+(\w+)(##T)?\s*\()");
   for (const auto& [file, text] : cl::kernel_files()) {
-    for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it)
-      names.insert((*it)[1]);
+    for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it) {
+      names.insert((*it)[1].str() + ((*it)[2].matched ? "int" : ""));
+      if ((*it)[2].matched) names.insert((*it)[1].str() + "int2");
+    }
   }
   return names;
 }
@@ -138,6 +142,21 @@ void render_all_methods(const cl::Device& device, const Folder& folder) {
   scene.materials[0].transparency = 0.5;
   scene.materials[1].reflectivity = 0.5;
   check_render(device, scene);
+}
+
+/// Counts samples and footprints on the device, as GPUs do.
+void count_on_device(const cl::Device& device, const Folder& folder) {
+  auto scene = tiny_scene(device, folder);
+  scene.wrp.propagation = WrpPropagation::compact;
+  const auto world = build_world(scene);
+  const auto plan = make_plan(scene, world);
+  const DeviceScene arrays(device, world, plan);
+  const SampleTable table(device, plan, arrays, false, Counting::on_device);
+  CompactGatherer gatherer(device, plan, arrays, table, 2, Counting::on_device);
+  gatherer.draw_phases(1);
+  cl::ComplexBuffer stack(device, 2 * plan.gathered_pixels(), "stack");
+  gatherer.gather(plan.wrps[0], stack);
+  CHECK(test::all_finite(stack.read()));
 }
 
 void look(const cl::Device& device, const Folder& folder) {
@@ -291,6 +310,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
       {
         const cl::Device device(shape);
         render_all_methods(device, folder);
+        count_on_device(device, folder);
         look(device, folder);
         propagate(device);
         refine_all(device);

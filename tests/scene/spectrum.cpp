@@ -104,8 +104,7 @@ TEST_CASE("light passes eight mirrors unless a scene says otherwise, and becomes
   CHECK(scene_with(folder, "[trace]\ndepth = 2\n").trace.depth == 2);
   CHECK(scene_with(folder, "").trace.bounces == Bounces::automatic);
   CHECK(scene_with(folder, "[trace]\nbounces = \"paths\"\n").trace.bounces == Bounces::paths);
-  CHECK_THAT(
-      input_error_of([&] { scene_with(folder, "[trace]\nbounces = \"rays\"\n"); }),
-      Catch::Matchers::ContainsSubstring(
-          "trace: bounces must be \"auto\" or \"points\" or \"paths\" or \"fan\", got \"rays\""));
+  CHECK_THAT(input_error_of([&] { scene_with(folder, "[trace]\nbounces = \"rays\"\n"); }),
+             Catch::Matchers::ContainsSubstring(
+                 "trace: bounces must be \"auto\" or \"points\" or \"paths\", got \"rays\""));
 }
