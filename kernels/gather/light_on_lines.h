@@ -17,9 +17,9 @@
 static inline floatv shown_share(floatv offset, floatv length, floatv reference, float sine_limit,
                                  float per_cut) {
 #if RAYWAVE_SINE_LIMIT
-  const floatv e =
-      clamp((sine_limit * length - fabs(offset - reference * length)) * per_cut + COMPACT_EDGE_BEYOND,
-            (floatv)(0.0f), (floatv)(1.0f));
+  const floatv e = clamp(
+      (sine_limit * length - fabs(offset - reference * length)) * per_cut + COMPACT_EDGE_BEYOND,
+      (floatv)(0.0f), (floatv)(1.0f));
   return e * e * (3.0f - 2.0f * e);
 #else
   (void)offset, (void)length, (void)reference, (void)sine_limit, (void)per_cut;

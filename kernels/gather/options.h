@@ -30,11 +30,11 @@
 #define RAYWAVE_NEAR_HOLOGRAM 0
 #endif
 
-#define RAYWAVE_GATHER_OPTIONS(OPTION)         \
-  OPTION(tile_rows, RAYWAVE_TILE_ROWS)         \
-  OPTION(frames, RAYWAVE_FRAMES)               \
-  OPTION(sine_limit, RAYWAVE_SINE_LIMIT)       \
-  OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS)   \
+#define RAYWAVE_GATHER_OPTIONS(OPTION)       \
+  OPTION(tile_rows, RAYWAVE_TILE_ROWS)       \
+  OPTION(frames, RAYWAVE_FRAMES)             \
+  OPTION(sine_limit, RAYWAVE_SINE_LIMIT)     \
+  OPTION(smooth_parts, RAYWAVE_SMOOTH_PARTS) \
   OPTION(near_hologram, RAYWAVE_NEAR_HOLOGRAM)
 
 #endif

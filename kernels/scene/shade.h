@@ -22,8 +22,7 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
       (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
 
-#define REFINED_SURFACES \
-  (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_HIGHLIGHTS > 0))
+#define REFINED_SURFACES (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_HIGHLIGHTS > 0))
 
 // Position and material of a hit, one per lane. The normal has unit length and points to the side
 // from which the ray came.
