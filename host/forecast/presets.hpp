@@ -57,8 +57,8 @@ struct Planned {
 double largest_cone_error(const Goal& goal);
 
 /// Chooses what the scenes of the lasers leave open, as the goal says, and predicts what to expect.
-/// What is chosen for the longest wavelength, which shows most, is for the others too; a time is for
-/// all of them together. Pictures that the machine cannot hold get a warning and no choice.
+/// What is chosen for the longest wavelength, which shows most, is for the others too; a time is
+/// for all of them together. Pictures that the machine cannot hold get a warning and no choice.
 ///
 /// keep_field  RenderOptions::keep_field of the render to come
 /// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode

@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Propagation in double precision on one thread, written for plainness: what the library computes
-/// for fields of doubles, and what tests hold Propagator against. Tests hold it against direct sums.
-/// Conventions of Propagator: row 0 is the top, distances count along the direction of travel,
-/// shifts are of the target's centre relative to the source's (x right, y up).
+/// for fields of doubles, and what tests hold Propagator against. Tests hold it against direct
+/// sums. Conventions of Propagator: row 0 is the top, distances count along the direction of
+/// travel, shifts are of the target's centre relative to the source's (x right, y up).
 #pragma once
 
 #include <complex>

@@ -2,8 +2,8 @@
 // Exclusive sums in place (host/trace/scan.hpp): values[first + i] becomes `base` plus the sum of
 // the i values from values[first] on, and values[first + count] `base` plus that of all `count`.
 //
-// sum_segments   sums[s]: sum of segment s, `segment` values from s * segment on; segments beyond the
-//                values are empty
+// sum_segments   sums[s]: sum of segment s, `segment` values from s * segment on; segments beyond
+//                the values are empty
 // scan_sums      the same of the sums, in place; one work-item
 // scan_segments  the sums in each segment, from where the segments before it end
 //

@@ -1,7 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // Lists of the samples that light each bin of a virtual plane, made on the device. They are what
-// host/carriers/virtual_planes/footprint_bins.cpp makes on the host: samples of a bin in the order of their numbers.
-// Atomic operations find sums, least and greatest numbers only, which no order changes.
+// host/carriers/virtual_planes/footprint_bins.cpp makes on the host: samples of a bin in the order
+// of their numbers. Atomic operations find sums, least and greatest numbers only, which no order
+// changes.
 //
 // weigh_footprints  weights[i]: whether sample i lights some of the plane, and the units of
 //                   FOOTPRINT_UNIT floats that its profiles take; then their exclusive sums

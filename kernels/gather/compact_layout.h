@@ -19,8 +19,8 @@
 // Pixels along a footprint at most; what is longer is cut off on both sides
 #define COMPACT_WIDEST 250
 // Light that is too steep for the pixels fades out over a smooth step, e^2 (3 - 2 e): its width on
-// the tile, in half tiles, and the share of it beyond the limit. It keeps the energy of a hard edge:
-// the integral of the step's square is 13 / 35.
+// the tile, in half tiles, and the share of it beyond the limit. It keeps the energy of a hard
+// edge: the integral of the step's square is 13 / 35.
 #define COMPACT_EDGE 0.35
 #define COMPACT_EDGE_BEYOND (1.0f - 13.0f / 35.0f)
 // Room for the nodes on one side of the middle one, in packets
@@ -30,8 +30,8 @@
   (COMPACT_STEP * COMPACT_STEP * \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 
-// Nodes on each side of the middle one: the window function is zero beyond. size and tile: pixels along the
-// virtual plane and along the tile
+// Nodes on each side of the middle one: the window function is zero beyond. size and tile: pixels
+// along the virtual plane and along the tile
 #define COMPACT_HALF_NODES(n, size, tile) (((n) * (2 * (size) - (tile)) - 1) / (2 * (size)))
 
 // Knots: places along an axis of the tile at which the light on a line is computed. Polynomials
@@ -64,10 +64,10 @@
 
 // Weights of nodes, in rows of COMPACT_NODE_ROOM floats, for one size after another. A row has n
 // floats for the nodes right of the middle one, n for those left of it, and that of the middle one.
-// Rows: the window function along x; the splines of the parts along x; along y, times its window function, Lagrange's
-// polynomials of one scan line, of two lines, and so on, and the splines of the parts; and for each
-// pair of knots along x, then along y, the even and the odd part of their polynomial (in place of
-// right and left).
+// Rows: the window function along x; the splines of the parts along x; along y, times its window
+// function, Lagrange's polynomials of one scan line, of two lines, and so on, and the splines of
+// the parts; and for each pair of knots along x, then along y, the even and the odd part of their
+// polynomial (in place of right and left).
 #define COMPACT_NODE_ROOM(n) (2 * (n) + 16)
 #define COMPACT_WEIGHTS(lines, splines, knots) \
   (1 + 2 * (splines) + COMPACT_LINES_UP_TO(lines) + (knots))

@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Breaks: places where a surface, seen from the hologram's centre, ends, folds or is too steep.
-// Between them, every surface is a surface layer: each ray from the centre meets it once, and each ray from
-// a point before it to the hologram moves away from it. Two things follow without any ray:
+// Between them, every surface is a surface layer: each ray from the centre meets it once, and each
+// ray from a point before it to the hologram moves away from it. Two things follow without any ray:
 //
-// - all rays through a cell without breaks meet the same surface layers as the ray through its middle;
-// - where no break lies in the way, the front one of the surface layers is seen from the whole hologram,
-//   and what lies behind it from nowhere.
+// - all rays through a cell without breaks meet the same surface layers as the ray through its
+//   middle;
+// - where no break lies in the way, the front one of the surface layers is seen from the whole
+//   hologram, and what lies behind it from nowhere.
 //
 // In the way: with tangents x and y from the centre and the nearness q = 1 / depth, lines are
 // straight, and the rays from a sample to the window's places w are (x, y) + w (q - q_sample). A

@@ -50,8 +50,8 @@ static inline void across(float3 direction, float3* first, float3* second) {
   *second = cross(direction, *first);
 }
 
-// Follows the ray with these tangents from the window's centre to a surface layer; false where it does not
-// come there.
+// Follows the ray with these tangents from the window's centre to a surface layer; false where it
+// does not come there.
 CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
                        const Sequence* sequence, const BundleLayer* surface_layer, float tangent_x,
                        float tangent_y, ChiefPath* chief) {

@@ -163,7 +163,8 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
     }
   }
 
-  // The path through the centroid; where it misses the surface layer, that of the ray which has found it
+  // The path through the centroid; where it misses the surface layer, that of the ray which has
+  // found it
   ChiefPath chief;
   const int free = sums[1][1] > 0.0f;
   if (!(sums[0][1] > 0.0f)) return;
@@ -207,8 +208,8 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
   cell->paths[slot] = path;
 }
 
-// Whether any part of the window sees a surface layer along the sequence. Whatever lies behind one that
-// none sees is hidden too.
+// Whether any part of the window sees a surface layer along the sequence. Whatever lies behind one
+// that none sees is hidden too.
 CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice,
                     const BundleLayer* surface_layer, const Bundle* bundle, const Met* met,
                     const Hits* claimed, const PathCell* cell) {

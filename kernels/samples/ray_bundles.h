@@ -10,8 +10,8 @@
 #include "kernels/scene/bvh.h"
 
 #if RAYWAVE_BOUNCES > 0
-// Hits are of one surface layer when the second lies within this slope of the plane of the first, and its
-// normal agrees.
+// Hits are of one surface layer when the second lies within this slope of the plane of the first,
+// and its normal agrees.
 #define LAYER_SLOPE 0.5f
 #define LAYER_ALIKE 0.5f
 
