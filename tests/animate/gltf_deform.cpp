@@ -592,7 +592,9 @@ TEST_CASE("a damaged skin or morph target is refused with the mesh's name and wh
   };
   for (const auto& [place, value, words] : replaced) {
     INFO(place << " = " << value);
-    const auto put = [&](Gltf&, Json& root, Json&) { root[Json::json_pointer(place)] = value; };
+    const auto put = [&at = place, &to = value](Gltf&, Json& root, Json&) {
+      root[Json::json_pointer(at)] = to;
+    };
     CHECK_THAT(refusal(put), ContainsSubstring(words));
   }
   CHECK_THAT(
