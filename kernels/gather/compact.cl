@@ -174,103 +174,15 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   const size_t index = (size_t)lit_samples[first + number];
   const CompactFootprint footprint = footprints[index];
   __global const Sample* sample = samples + index;
-  const bool hidden = sample->hidden;
-  const Profiled p = {lights,
-                      sample,
-                      lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
-                      &plane,
-                      load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
-                      sqrt(sample->radiance) * sample->weight,
-                      footprint.follows ? path_of(sample, paths) : 0};
-  const Seen* seen = &p.seen;
-  const int kind = (int)seen->kind;
-  const bool cut = (kind & SEEN_CUT) != 0, shines = (kind & SEEN_SHINES) != 0,
-             rough = LIGHT_AT_NODES || (kind & SEEN_ROUGH) != 0;
-
-  // Nodes and pixels of both axes
-  const int nx = COMPACT_NODES_FOR(footprint.columns), ny = COMPACT_NODES_FOR(footprint.rows);
-  const int half_x = COMPACT_HALF_NODES(nx, plane.nx, plane.tile_nx),
-            half_y = COMPACT_HALF_NODES(ny, plane.ny, plane.tile_ny);
-  const float step_x = plane.period_x / (float)nx, step_y = plane.period_y / (float)ny;
-  const int room_x = COMPACT_ROOM(footprint.columns), room_y = COMPACT_ROOM(footprint.rows);
-  const int splines = RAYWAVE_VISIBILITY_PARTS > 0 ? COMPACT_SPLINES : 0, knots = plane.knots,
-            rows_of_weights = COMPACT_WEIGHTS(plane.lines, splines, knots);
-  __global const float *weights_x = weights + COMPACT_WEIGHTS_BEFORE(nx, rows_of_weights),
-                       *weights_y = weights + COMPACT_WEIGHTS_BEFORE(ny, rows_of_weights);
-  const int all_lines = COMPACT_LINES_UP_TO(plane.lines),
-            first_line = hidden ? all_lines : COMPACT_LINES_UP_TO(footprint.lines - 1),
-            knot_rows = 1 + 2 * splines + all_lines;
-#if LIGHT_AT_NODES
-  (void)knot_rows;
-#endif
-
-  // The column's light, which all lines share
-  float right_re[COMPACT_NODES], right_im[COMPACT_NODES], left_re[COMPACT_NODES],
-      left_im[COMPACT_NODES];
+  const Profiled p =
+      profiled(lights, sample, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+               load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
+               footprint.follows ? path_of(sample, paths) : 0, &footprint, &plane, weights);
+  ColumnLight column;
+  light_on_column(&p, &column);
+  KnotLight light;
 #if !LIGHT_AT_NODES
-  float turns[COMPACT_SPLINES_OR_LINES * COMPACT_MOST_KNOTS + 16];
-  float light[COMPACT_SPLINES_OR_LINES * COMPACT_MOST_KNOTS + 16];
-  __global const float* knots_y = weights_y + (knot_rows + knots / 2) * COMPACT_NODE_ROOM(ny);
-  for (int knot = 0; knot < knots; knot += RAYWAVE_LANES)
-    LANES_STORE(column_turns(&p, LANES_LOAD(weights + COMPACT_KNOT_ROOM + knot) * plane.half_y),
-                turns + knot);
-#endif
-  const float y = (float)seen->y;
-  for (int node = 0; node < half_y; node += RAYWAVE_LANES) {
-    const floatv v = LANES_TO_FLOAT(node + 1 + LANES_INDEX) * step_y;
-    floatv right, left;
-#if LIGHT_AT_NODES
-    right = REAL_TURNS(column_turns(&p, REAL_OF(v)));
-    left = REAL_TURNS(column_turns(&p, REAL_OF(-v)));
-#else
-    between_knots(turns, knots, knots_y, ny, node, &right, &left);
-#endif
-    floatv share_right = 1.0f, share_left = 1.0f;
-    if (cut) {
-      const float far = (float)(seen->x * seen->x + seen->z * seen->z);
-      share_right = shown_share(v - y, sqrt((v - y) * (v - y) + far),
-                                plane.reference_y - v * plane.reference_fall_y, plane.sine_limit_y,
-                                plane.per_cut_y);
-      share_left = shown_share(-v - y, sqrt((v + y) * (v + y) + far),
-                               plane.reference_y + v * plane.reference_fall_y, plane.sine_limit_y,
-                               plane.per_cut_y);
-    }
-    floatv re, im;
-    cos_sin_turns(right + (float)seen->turns, &re, &im);
-    LANES_STORE(share_right * re, right_re + node);
-    LANES_STORE(share_right * im, right_im + node);
-    cos_sin_turns(left + (float)seen->turns, &re, &im);
-    LANES_STORE(share_left * re, left_re + node);
-    LANES_STORE(share_left * im, left_im + node);
-  }
-  floatv middle_re, middle_im, middle_turns = 0.0f;
-#if RAYWAVE_PATHS
-  middle_turns = REAL_TURNS(column_turns(&p, REAL_OF((floatv)(0.0f))));
-#endif
-  cos_sin_turns(middle_turns + (float)seen->turns, &middle_re, &middle_im);
-  const float middle_share =
-      !cut ? 1.0f
-           : LANES_FIRST(shown_share((floatv)(-y), (floatv)((float)seen->length),
-                                     (floatv)(plane.reference_y), plane.sine_limit_y,
-                                     plane.per_cut_y));
-
-#if !LIGHT_AT_NODES
-  // Light at the knots of all lines
-  __global const float* knots_x = weights_x + knot_rows * COMPACT_NODE_ROOM(nx);
-  for (int at = 0; at < footprint.lines * knots; at += RAYWAVE_LANES) {
-    const floatv u = LANES_LOAD(weights + (at & (knots - 1))) * plane.half_x,
-                 v = LANES_LOAD(weights + COMPACT_PLACES_OF_LINES + first_line * knots + at) *
-                     plane.half_y;
-    floatv turned, weight;
-    light_on_place(&p, u, v, &turned, &weight);
-    if (!rough) {
-      const float z = plane.side * (float)seen->z;
-      weight *= amplitude_towards(lights, p.lit, sample, p.plain, shines, (u - (float)seen->x) / z,
-                                  (y - v) / z);
-    }
-    LANES_STORE(turned, turns + at);
-    LANES_STORE(weight, light + at);
-  }
+  light_at_knots(&p, &light);
 #endif
 
   // Pixels of odd places change their sign.
@@ -279,77 +191,16 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   __global float* out = profiles + offsets[index];
   Nodes nodes;
   for (int line = 0; line < footprint.lines; ++line) {
-    const float v = weights[COMPACT_PLACES_OF_LINES + (first_line + line) * knots] * plane.half_y;
     uint seen_parts = 0;
 #if RAYWAVE_VISIBILITY_PARTS > 0
     // Rows of a mask count upwards; parts beyond the window see what the outermost see.
     const int row = clamp(RAYWAVE_VISIBILITY_PARTS + 1 - line, 0, RAYWAVE_VISIBILITY_PARTS - 1);
-    if (hidden) seen_parts = visibility_row(visibility_masks + index * VISIBILITY_WORDS, row);
+    if (p.hidden) seen_parts = visibility_row(visibility_masks + index * VISIBILITY_WORDS, row);
 #endif
-    for (int node = 0; node < half_x; node += RAYWAVE_LANES) {
-      const floatv u = LANES_TO_FLOAT(node + 1 + LANES_INDEX) * step_x;
-      floatv turns_right, turns_left, weight_right, weight_left;
-#if LIGHT_AT_NODES
-      realv turned;
-      light_on_place(&p, REAL_OF(u), REAL_OF((floatv)(v)), &turned, &weight_right);
-      turns_right = REAL_TURNS(turned);
-      light_on_place(&p, REAL_OF(-u), REAL_OF((floatv)(v)), &turned, &weight_left);
-      turns_left = REAL_TURNS(turned);
-#else
-      between_knots(turns + line * knots, knots, knots_x, nx, node, &turns_right, &turns_left);
-      between_knots(light + line * knots, knots, knots_x, nx, node, &weight_right, &weight_left);
-#endif
-      const floatv window = sign * LANES_LOAD(weights_x + node);
-      weight_right *= window;
-      weight_left *= window;
-      if (cut || rough) {
-        weight_right *= rough_amplitude(&p, cut, rough, shines, u, v);
-        weight_left *= rough_amplitude(&p, cut, rough, shines, -u, v);
-      }
-      if (hidden) {
-        __global const float* spline = weights_x + COMPACT_NODE_ROOM(nx) + node;
-        weight_right *= seen_share(seen_parts, spline, nx);
-        weight_left *= seen_share(seen_parts, spline + nx, nx);
-      }
-      floatv c, s, left_c, left_s;
-      cos_sin_turns(turns_right, &c, &s);
-      cos_sin_turns(turns_left, &left_c, &left_s);
-      set_nodes(node, weight_right * c, weight_right * s, weight_left * left_c,
-                weight_left * left_s, &nodes);
-    }
-    float middle;
-#if LIGHT_AT_NODES
-    realv unused;
-    floatv middle_weight;
-    light_on_place(&p, REAL_OF((floatv)(0.0f)), REAL_OF((floatv)(v)), &unused, &middle_weight);
-    middle = LANES_FIRST(middle_weight);
-#else
-    middle = between_middle_knots(light + line * knots, knots, knots_x, nx);
-#endif
-    middle *= sign * weights_x[2 * nx];
-    if (cut || rough)
-      middle *= LANES_FIRST(rough_amplitude(&p, cut, rough, shines, (floatv)(0.0f), v));
-    if (hidden)
-      middle *= LANES_FIRST(seen_share(seen_parts, weights_x + COMPACT_NODE_ROOM(nx) + 2 * nx, nx));
-    nodes.middle_re = middle;
-    nodes.middle_im = 0.0f;
-    transform(&nodes, nx, half_x, rotors + COMPACT_ROTORS_BEFORE(nx), footprint.columns / 2,
-              out + room_x / 2, out + room_x + room_x / 2);
-    out += 2 * room_x;
-
-    __global const float* basis =
-        weights_y + (1 + splines + first_line + line) * COMPACT_NODE_ROOM(ny);
-    for (int node = 0; node < half_y; node += RAYWAVE_LANES) {
-      const floatv right = LANES_LOAD(basis + node), left = LANES_LOAD(basis + ny + node);
-      set_nodes(node, right * LANES_LOAD(right_re + node), right * LANES_LOAD(right_im + node),
-                left * LANES_LOAD(left_re + node), left * LANES_LOAD(left_im + node), &nodes);
-    }
-    middle = basis[2 * ny] * middle_share;
-    nodes.middle_re = middle * LANES_FIRST(middle_re);
-    nodes.middle_im = middle * LANES_FIRST(middle_im);
-    transform(&nodes, ny, half_y, rotors + COMPACT_ROTORS_BEFORE(ny), footprint.rows / 2,
-              out + room_y / 2, out + room_y + room_y / 2);
-    out += 2 * room_y;
+    light_on_line(&p, line, &light, sign, seen_parts, &nodes);
+    out = transform(&nodes, &p.x, rotors, out);
+    shared_light(&p, line, &column, &nodes);
+    out = transform(&nodes, &p.y, rotors, out);
   }
 }
 

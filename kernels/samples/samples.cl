@@ -213,6 +213,179 @@ CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice
 #endif
 }
 
+// Rays through the middles of a packet's cells, and what they meet.
+typedef struct {
+  Rays rays;
+  Layers layers;                        // all that they meet
+  Layers sources;                       // those that may be samples
+  int seen[BVH_LAYERS][RAYWAVE_LANES];  // of the sources: look_around_centres
+#if RAYWAVE_LANES > 1
+  Shaded shaded[BVH_LAYERS];  // likewise
+#endif
+} Centres;
+
+// Visibility and radiance of the sources of all lanes together, where they agree.
+static inline void shade_centres(const SceneArrays* scene, const Lattice* lattice,
+                                 const Breaks* breaks, int first, int row, int keeps_unseen,
+                                 OccluderCache* occluder_cache, Centres* centres) {
+  look_around_centres(scene, lattice, breaks, first, row, &centres->rays, &centres->sources,
+                      occluder_cache, centres->seen);
+#if RAYWAVE_LANES > 1
+  const Layers* sources = &centres->sources;
+  for (int i = 0; i < BVH_LAYERS; ++i) {
+    intv wanted = sources->triangle[i] >= 0;
+    if (!keeps_unseen) wanted &= LANES_LOAD(centres->seen[i]) != 0;
+    if (!LANES_ANY(wanted)) continue;
+    const Hits hits = {sources->t[i], LANES_SELECT((intv)(-1), sources->triangle[i], wanted),
+                       sources->u[i], sources->v[i]};
+    shade(scene, lattice, &centres->rays, &hits, first + LANES_INDEX, row, centres->shaded + i);
+  }
+#else
+  (void)keeps_unseen;
+#endif
+}
+
+// Rays through the parts of cells.
+typedef struct {
+  int whole[RAYWAVE_LANES];  // cells whose parts need no rays of their own
+#if RAYWAVE_ANTIALIAS
+  Layers layers[PACKETS];  // that no sample has claimed
+  floatv from[PACKETS];    // where the rays go on
+  floatv edges[PACKETS];   // find_edges
+#if CELLS_OF_PACKET > 1
+  Layers shared_layers;  // of all cells of the only packet
+  floatv shared_from;
+#endif
+#endif
+} CellParts;
+
+#if RAYWAVE_ANTIALIAS
+// Traces the rays through a cell's parts, those of `again` from where they have to go on.
+static inline void look_at_cell(const SceneArrays* scene, const Lattice* lattice, int lane,
+                                int packet_column, int row, bool again, CellParts* parts) {
+  bool all_whole = true;  // of the cells that share packets with this one, from it on
+  for (int cell = lane; cell == lane || cell % CELLS_OF_PACKET != 0; ++cell)
+    all_whole &= parts->whole[cell];
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    const bool traces = again
+                            ? !parts->whole[lane] && LANES_ANY(parts->from[packet] < lattice->reach)
+                            : !all_whole && lane % CELLS_OF_PACKET == 0;
+    if (!again) parts->from[packet] = 0.0f;
+    if (traces)
+      look_at_parts(scene, lattice, packet_column, row, packet, parts->from + packet,
+                    parts->layers + packet);
+#if CELLS_OF_PACKET > 1
+    // Each cell takes its own parts of the only packet.
+    if (again) continue;
+    if (traces) {
+      parts->shared_layers = parts->layers[0];
+      parts->shared_from = parts->from[0];
+    }
+    const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
+    parts->layers[0] = parts->shared_layers;
+    for (int i = 0; i < BVH_LAYERS; ++i)
+      parts->layers[0].triangle[i] = LANES_SELECT((intv)(-1), parts->layers[0].triangle[i], mine);
+    parts->from[0] = LANES_SELECT((floatv)(lattice->reach), parts->shared_from, mine);
+#endif
+  }
+}
+#endif
+
+// Hit `number` of a cell, with its ray's tangents: those of the centre ray's layers, some of which
+// have none, then those of parts that belong to none of these. False after the last.
+static inline bool hit_of_cell(const Lattice* lattice, const Layers* centre, const CellParts* parts,
+                               int number, int lane, int column, int row, int packet_column,
+                               Hit* hit, float* dx, float* dy) {
+  *dx = ((float)(lattice->first_x + column) + 0.5f) * lattice->step;
+  *dy = ((float)(lattice->first_y + row) + 0.5f) * lattice->step;
+  if (number < BVH_LAYERS) {
+    *hit = hit_of_lane(centre, number, lane);
+    return true;
+  }
+#if RAYWAVE_ANTIALIAS
+  const int ray = parts->whole[lane] ? -1 : unclaimed(parts->layers, hit);
+  if (ray < 0) return false;
+  const Rays rays = part_rays(lattice, packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
+  float all_dx[RAYWAVE_LANES], all_dy[RAYWAVE_LANES];
+  LANES_STORE(rays.dx, all_dx);
+  LANES_STORE(rays.dy, all_dy);
+  *dx = all_dx[ray % RAYWAVE_LANES];
+  *dy = all_dy[ray % RAYWAVE_LANES];
+  return true;
+#else
+  (void)parts, (void)packet_column;
+  return false;
+#endif
+}
+
+// Adds the samples of the cell of a lane: one for each layer of its centre ray, then one for each
+// layer that only its parts show. Rays that have met as many layers as one traversal keeps are
+// traced again behind them. Kernels are inlined whole: what takes long to compile stands here once.
+static inline void add_samples(const SceneArrays* scene, const Lattice* lattice, int first, int row,
+                               int lane, const Centres* centres, CellParts* parts, Cell* cell) {
+  const int column = first + lane;
+  const Layers* layers = &centres->sources;
+  Hit last = hit_of_lane(&centres->layers, BVH_LAYERS - 1, lane);
+  Hits claimed[PACKETS];
+  Shaded shaded_one;
+  Layers further_layers;
+  bool more = true;
+  for (bool again = false; more; again = true) {
+    more = false;
+#if RAYWAVE_ANTIALIAS
+    look_at_cell(scene, lattice, lane, cell->packet_column, row, again, parts);
+    const bool whole = parts->whole[lane];
+    if (!whole)
+      find_edges(scene, lattice, parts->layers, layers, lane, column, row, cell->packet_column,
+                 parts->edges);
+#endif
+    Hit hit;
+    float dx, dy;
+    for (int number = 0; hit_of_cell(lattice, layers, parts, number, lane, column, row,
+                                     cell->packet_column, &hit, &dx, &dy);
+         ++number) {
+      if (hit.triangle < 0) continue;
+      int covered = PARTS;
+#if RAYWAVE_ANTIALIAS
+      if (!whole) {
+        const SurfaceLayer surface_layer =
+            surface_layer_of(scene, lattice, &hit, dx, dy, cell->packet_column, row);
+        covered = claim(scene, lattice, parts->layers, parts->edges, &surface_layer, claimed);
+      }
+#endif
+      const bool is_known = number < BVH_LAYERS && !again;
+      const int seen_parts = is_known ? centres->seen[number][lane] : SEEN_UNKNOWN;
+      const bool is_shaded = is_known && RAYWAVE_LANES > 1;
+      const bool is_wanted = cell->keeps_unseen || seen_parts != 0;
+      if (!is_shaded && is_wanted)
+        shade_one(scene, lattice, &hit, dx, dy, column, row, &shaded_one);
+#if RAYWAVE_LANES > 1
+      const Shaded* of_hit = is_shaded ? centres->shaded + number : &shaded_one;
+#else
+      const Shaded* of_hit = &shaded_one;
+#endif
+      add_sample(scene, lattice, column, row, &hit, dx, dy, claimed, covered, seen_parts, of_hit,
+                 is_shaded ? lane : 0, cell);
+    }
+#if RAYWAVE_ANTIALIAS
+    for (int packet = 0; packet < PACKETS && !whole; ++packet)
+      more |= LANES_ANY(parts->from[packet] < lattice->reach);
+#endif
+    if (last.triangle >= 0) {
+      Rays further = centre_rays(lattice, first, row, LANES_INDEX == lane);
+      further.t_min = last.t + lattice->layer_gap;
+      bvh_layers(&scene->tree, &further, &further_layers);
+      last = hit_of_lane(&further_layers, BVH_LAYERS - 1, lane);
+      keep_sources(&further_layers, scene, &centres->rays, lattice->layer_gap);
+      layers = &further_layers;
+      more = true;
+    } else if (more) {
+      for (int i = 0; i < BVH_LAYERS; ++i) further_layers.triangle[i] = -1;
+      layers = &further_layers;
+    }
+  }
+}
+
 __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            __global const float* break_cells, __global const float* break_tiles,
                            int first_row, int rows, int slots, int keeps_unseen,
@@ -229,48 +402,24 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   const SceneArrays scene = SCENE_OF_PARAMETERS;
   const Breaks breaks = {break_cells, break_tiles, breaks_known};
 
-  // Layers that the cells' centre rays meet, and cells whose parts need no rays of their own.
-  const Rays centres = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
-  Layers first_centres;
-  bvh_layers(&scene.tree, &centres, &first_centres);
+  Centres centres;
+  centres.rays = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
+  bvh_layers(&scene.tree, &centres.rays, &centres.layers);
+  CellParts parts;
 #if RAYWAVE_ANTIALIAS
-  Layers parts[PACKETS];
-  floatv from[PACKETS], edges[PACKETS];
+  find_whole_cells(&scene, &lattice, &breaks, first, row, &centres.layers, parts.whole);
 #if CELLS_OF_PACKET > 1
-  Layers shared_parts = parts[0];
-  floatv shared_from = 0.0f;
+  parts.shared_from = 0.0f;
 #endif
-  int whole[RAYWAVE_LANES];
-  find_whole_cells(&scene, &lattice, &breaks, first, row, &first_centres, whole);
 #endif
-
-  // Visibility of the samples of centre rays, from four neighbours together where they agree.
   OccluderCache occluder_cache[OCCLUDER_CACHES];
   for (int rank = 0; rank < OCCLUDER_CACHES; ++rank) {
     for (int i = 0; i < 16; ++i) occluder_cache[rank].triangle[i] = -1;
   }
-  int seen[BVH_LAYERS][RAYWAVE_LANES];
-  Layers sources = first_centres;
-  keep_sources(&sources, &scene, &centres, lattice.layer_gap);
-  look_around_centres(&scene, &lattice, &breaks, first, row, &centres, &sources, occluder_cache,
-                      seen);
+  centres.sources = centres.layers;
+  keep_sources(&centres.sources, &scene, &centres.rays, lattice.layer_gap);
+  shade_centres(&scene, &lattice, &breaks, first, row, keeps_unseen, occluder_cache, &centres);
 
-  // Radiance of these samples, those of all lanes together
-  Shaded shaded_one;
-#if RAYWAVE_LANES > 1
-  Shaded shaded[BVH_LAYERS];
-  for (int i = 0; i < BVH_LAYERS; ++i) {
-    intv wanted = sources.triangle[i] >= 0;
-    if (!keeps_unseen) wanted &= LANES_LOAD(seen[i]) != 0;
-    if (!LANES_ANY(wanted)) continue;
-    const Hits hits = {sources.t[i], LANES_SELECT((intv)(-1), sources.triangle[i], wanted),
-                       sources.u[i], sources.v[i]};
-    shade(&scene, &lattice, &centres, &hits, first + LANES_INDEX, row, shaded + i);
-  }
-#endif
-
-  // The samples of each cell: one for each layer of its centre ray, then one for each layer that
-  // only parts of the cell show.
   for (int lane = 0; lane < RAYWAVE_LANES && first + lane < lattice.nx; ++lane) {
     const int column = first + lane;
     const size_t place = (size_t)band_row * (size_t)lattice.nx + (size_t)column;
@@ -290,109 +439,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
       column - lane % CELLS_OF_PACKET,
       occluder_cache
     };
-    const float centre_dx = ((float)(lattice.first_x + column) + 0.5f) * lattice.step;
-    const float centre_dy = ((float)(lattice.first_y + row) + 0.5f) * lattice.step;
-    const Layers* layers = &sources;
-    Hit last = hit_of_lane(&first_centres, BVH_LAYERS - 1, lane);
-    Hits claimed[PACKETS];
-#if RAYWAVE_ANTIALIAS
-    bool all_whole = true;  // of the cells that share packets with this one, from it on
-    for (int cell = lane; cell == lane || cell % CELLS_OF_PACKET != 0; ++cell)
-      all_whole &= whole[cell];
-#endif
-    // Rays that have met as many layers as one traversal keeps are traced again behind them.
-    // Kernels are inlined whole: what takes long to compile stands here once.
-    Layers further_layers;
-    bool more = true;
-    for (bool again = false; more; again = true) {
-      more = false;
-#if RAYWAVE_ANTIALIAS
-      for (int packet = 0; packet < PACKETS; ++packet) {
-        const bool looks = again ? !whole[lane] && LANES_ANY(from[packet] < lattice.reach)
-                                 : !all_whole && lane % CELLS_OF_PACKET == 0;
-        if (!again) from[packet] = 0.0f;
-        if (looks)
-          look_at_parts(&scene, &lattice, cell.packet_column, row, packet, from + packet,
-                        parts + packet);
-#if CELLS_OF_PACKET > 1
-        // Each cell takes its own parts of the only packet.
-        if (again) continue;
-        if (looks) {
-          shared_parts = parts[0];
-          shared_from = from[0];
-        }
-        const intv mine = LANES_INDEX / PARTS == lane % CELLS_OF_PACKET;
-        parts[0] = shared_parts;
-        for (int i = 0; i < BVH_LAYERS; ++i)
-          parts[0].triangle[i] = LANES_SELECT((intv)(-1), parts[0].triangle[i], mine);
-        from[0] = LANES_SELECT((floatv)(lattice.reach), shared_from, mine);
-#endif
-      }
-      if (!whole[lane])
-        find_edges(&scene, &lattice, parts, layers, lane, column, row, cell.packet_column, edges);
-#endif
-      // Hits of the centre ray, then those of parts that belong to none of them
-      for (int layer = 0;; ++layer) {
-        Hit hit;
-        float dx = centre_dx, dy = centre_dy;
-        const bool of_centre = layer < BVH_LAYERS;
-        if (of_centre) {
-          hit = hit_of_lane(layers, layer, lane);
-          if (hit.triangle < 0) continue;
-        } else {
-#if RAYWAVE_ANTIALIAS
-          const int ray = whole[lane] ? -1 : unclaimed(parts, &hit);
-          if (ray < 0) break;
-          const Rays rays =
-              part_rays(&lattice, cell.packet_column, row, ray / RAYWAVE_LANES, LANES_INDEX >= 0);
-          float all_dx[RAYWAVE_LANES], all_dy[RAYWAVE_LANES];
-          LANES_STORE(rays.dx, all_dx);
-          LANES_STORE(rays.dy, all_dy);
-          dx = all_dx[ray % RAYWAVE_LANES];
-          dy = all_dy[ray % RAYWAVE_LANES];
-#else
-          break;
-#endif
-        }
-        int covered = PARTS;
-#if RAYWAVE_ANTIALIAS
-        if (!whole[lane]) {
-          const SurfaceLayer surface_layer =
-              surface_layer_of(&scene, &lattice, &hit, dx, dy, cell.packet_column, row);
-          covered = claim(&scene, &lattice, parts, edges, &surface_layer, claimed);
-        }
-#endif
-        const bool is_known = of_centre && !again;
-        const int seen_parts = is_known ? seen[layer][lane] : SEEN_UNKNOWN;
-        const bool is_shaded = is_known && RAYWAVE_LANES > 1;
-        const bool is_wanted = keeps_unseen || seen_parts != 0;
-        if (!is_shaded && is_wanted)
-          shade_one(&scene, &lattice, &hit, dx, dy, column, row, &shaded_one);
-#if RAYWAVE_LANES > 1
-        const Shaded* of_hit = is_shaded ? shaded + layer : &shaded_one;
-#else
-        const Shaded* of_hit = &shaded_one;
-#endif
-        add_sample(&scene, &lattice, column, row, &hit, dx, dy, claimed, covered, seen_parts,
-                   of_hit, is_shaded ? lane : 0, &cell);
-      }
-#if RAYWAVE_ANTIALIAS
-      for (int packet = 0; packet < PACKETS && !whole[lane]; ++packet)
-        more |= LANES_ANY(from[packet] < lattice.reach);
-#endif
-      if (last.triangle >= 0) {
-        Rays further = centre_rays(&lattice, first, row, LANES_INDEX == lane);
-        further.t_min = last.t + lattice.layer_gap;
-        bvh_layers(&scene.tree, &further, &further_layers);
-        last = hit_of_lane(&further_layers, BVH_LAYERS - 1, lane);
-        keep_sources(&further_layers, &scene, &centres, lattice.layer_gap);
-        layers = &further_layers;
-        more = true;
-      } else if (more) {
-        for (int i = 0; i < BVH_LAYERS; ++i) further_layers.triangle[i] = -1;
-        layers = &further_layers;
-      }
-    }
+    add_samples(&scene, &lattice, first, row, lane, &centres, &parts, &cell);
     counts[place] = (int2)(cell.count, cell.hidden);
     mirrors[place] = cell.mirrors ? 1 + cell.rank : 0;
   }

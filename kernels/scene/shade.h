@@ -92,138 +92,150 @@ static inline floatv pow_unit(floatv gap, floatv m) {
   return LANES_SELECT(result, (floatv)(0.0f), (gap >= 1.0f) & (m > 0.0f));
 }
 
-// The surface at each hit. Lanes that miss receive a black one.
-static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
-  int triangle[RAYWAVE_LANES];
-  float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
-  float nx[RAYWAVE_LANES], ny[RAYWAVE_LANES], nz[RAYWAVE_LANES], gx[RAYWAVE_LANES],
-      gy[RAYWAVE_LANES], gz[RAYWAVE_LANES];
+// Attributes of hits, a number per lane: neighbouring rays may meet different materials.
+typedef struct {
+  float normal[3][RAYWAVE_LANES];  // interpolated, of any length
+  float face[3][RAYWAVE_LANES];    // triangle_cross
+#if RAYWAVE_NORMAL_MAPS
+  float mapped[3][RAYWAVE_LANES];  // the normal as a normal map turns it
+#endif
   float ambient[RAYWAVE_COLOURS][RAYWAVE_LANES], diffuse[RAYWAVE_COLOURS][RAYWAVE_LANES],
       specular[RAYWAVE_COLOURS][RAYWAVE_LANES], shininess[RAYWAVE_LANES];
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
   float emission[RAYWAVE_COLOURS][RAYWAVE_LANES];
 #endif
-#if RAYWAVE_NORMAL_MAPS
-  float side_x[RAYWAVE_LANES], side_y[RAYWAVE_LANES], side_z[RAYWAVE_LANES];
-#endif
   float reflectivity[RAYWAVE_LANES], transparency[RAYWAVE_LANES], ior[RAYWAVE_LANES],
       ior_low[RAYWAVE_LANES], attenuation[RAYWAVE_LANES];
+} HitAttributes;
+
+static inline void set_vector(float3 v, int lane, float (*vectors)[RAYWAVE_LANES]) {
+  vectors[0][lane] = v.x;
+  vectors[1][lane] = v.y;
+  vectors[2][lane] = v.z;
+}
+
+// A black surface that faces +z.
+static inline void set_miss(int lane, HitAttributes* h) {
+  const float3 up = (float3)(0.0f, 0.0f, 1.0f);
+  set_vector(up, lane, h->normal);
+  set_vector(up, lane, h->face);
+#if RAYWAVE_NORMAL_MAPS
+  set_vector(up, lane, h->mapped);
+#endif
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    h->ambient[k][lane] = h->diffuse[k][lane] = h->specular[k][lane] = 0.0f;
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+    h->emission[k][lane] = 0.0f;
+#endif
+  }
+  h->shininess[lane] = h->reflectivity[lane] = h->transparency[lane] = 0.0f;
+  h->ior_low[lane] = h->attenuation[lane] = 0.0f;
+  h->ior[lane] = 1.0f;
+}
+
+// The triangle with this number at the weights b and c of its second and third corner.
+static inline void set_hit(const SceneArrays* scene, int index, float b, float c, int lane,
+                           HitAttributes* h) {
+  __global const Triangle* triangle = scene->tree.triangles + index;
+  __global const Material* m = scene->materials + triangle->material;
+  const float a = 1.0f - b - c;
+  const float3 at_a = vload3((size_t)triangle->corner_a, scene->normals),
+               at_b = vload3((size_t)triangle->corner_b, scene->normals);
+  const float3 at_c = vload3((size_t)triangle->corner_c, scene->normals);
+  const float3 smooth = direction_in_scene(&scene->tree, index, a * at_a + b * at_b + c * at_c);
+  set_vector(smooth, lane, h->normal);
+  set_vector(triangle_cross(&scene->tree, index), lane, h->face);
+#if RAYWAVE_NORMAL_MAPS
+  const Corners corners = corners_of(&scene->tree, index);
+  const float3 from = vload3(0, corners.a);
+  set_vector(mapped_normal(scene, triangle, b, c, smooth,
+                           direction_in_scene(&scene->tree, index, vload3(0, corners.b) - from),
+                           direction_in_scene(&scene->tree, index, vload3(0, corners.c) - from)),
+             lane, h->mapped);
+#endif
+  const Look look = look_at(scene, triangle, a, b, c);
+  h->shininess[lane] = look.shininess;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    h->ambient[k][lane] = look.ambient[k];
+    h->diffuse[k][lane] = look.diffuse[k];
+    h->specular[k][lane] = look.specular[k];
+#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
+    h->emission[k][lane] = look.emission[k];
+#endif
+  }
+  h->reflectivity[lane] = m->reflectivity;
+  h->transparency[lane] = m->transparency;
+  h->ior[lane] = m->ior;
+  h->ior_low[lane] = m->ior_low;
+  h->attenuation[lane] = m->attenuation;
+}
+
+// Gives the surface its shading normal, turned to the ray's side as the triangle's normal is. This
+// is right for either winding, and for both sides of open meshes.
+static inline void set_normals(const HitAttributes* h, const Rays* rays, Surface* surface) {
+  const floatv fx = LANES_LOAD(h->face[0]), fy = LANES_LOAD(h->face[1]),
+               fz = LANES_LOAD(h->face[2]);
+  const floatv mx = LANES_LOAD(h->normal[0]), my = LANES_LOAD(h->normal[1]),
+               mz = LANES_LOAD(h->normal[2]);
+  const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
+  const floatv face_along_normal = fx * mx + fy * my + fz * mz;
+  const floatv inverse = rsqrt(fmax(mx * mx + my * my + mz * mz, (floatv)(1e-30f)));
+  const floatv toward =
+      LANES_SELECT(inverse, -inverse, (face_along_ray > 0.0f) == (face_along_normal > 0.0f));
+  surface->entering = toward > 0.0f;
+  surface->nx = mx * toward;
+  surface->ny = my * toward;
+  surface->nz = mz * toward;
+#if RAYWAVE_NORMAL_MAPS
+  surface->side_x = surface->nx;
+  surface->side_y = surface->ny;
+  surface->side_z = surface->nz;
+  const floatv px = LANES_LOAD(h->mapped[0]), py = LANES_LOAD(h->mapped[1]),
+               pz = LANES_LOAD(h->mapped[2]);
+  const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), toward > 0.0f) *
+                      rsqrt(fmax(px * px + py * py + pz * pz, (floatv)(1e-30f)));
+  surface->nx = px * side;
+  surface->ny = py * side;
+  surface->nz = pz * side;
+#endif
+}
+
+// The surface at each hit. Lanes that miss receive a black one.
+static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, const Hits* hits) {
+  int triangle[RAYWAVE_LANES];
+  float u[RAYWAVE_LANES], v[RAYWAVE_LANES];
   LANES_STORE(hits->triangle, triangle);
   LANES_STORE(hits->u, u);
   LANES_STORE(hits->v, v);
-  for (int i = 0; i < RAYWAVE_LANES; ++i) {
-    nx[i] = ny[i] = gx[i] = gy[i] = 0.0f;
-    nz[i] = gz[i] = 1.0f;
-    shininess[i] = reflectivity[i] = transparency[i] = ior_low[i] = attenuation[i] = 0.0f;
-    ior[i] = 1.0f;
-    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
-      ambient[k][i] = diffuse[k][i] = specular[k][i] = 0.0f;
-#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-      emission[k][i] = 0.0f;
-#endif
-    }
-#if RAYWAVE_NORMAL_MAPS
-    side_x[i] = side_y[i] = 0.0f;
-    side_z[i] = 1.0f;
-#endif
-    if (triangle[i] < 0) continue;
-    __global const Triangle* s = scene->tree.triangles + triangle[i];
-    __global const Material* m = scene->materials + s->material;
-    const float b = u[i], c = v[i], a = 1.0f - b - c;
-    const float3 at_a = vload3((size_t)s->corner_a, scene->normals),
-                 at_b = vload3((size_t)s->corner_b, scene->normals);
-    const float3 at_c = vload3((size_t)s->corner_c, scene->normals);
-    const float3 smooth =
-        direction_in_scene(&scene->tree, triangle[i], a * at_a + b * at_b + c * at_c);
-    nx[i] = smooth.x;
-    ny[i] = smooth.y;
-    nz[i] = smooth.z;
-    const float3 face = triangle_cross(&scene->tree, triangle[i]);
-    gx[i] = face.x;
-    gy[i] = face.y;
-    gz[i] = face.z;
-#if RAYWAVE_NORMAL_MAPS
-    side_x[i] = smooth.x;
-    side_y[i] = smooth.y;
-    side_z[i] = smooth.z;
-    const Corners corners = corners_of(&scene->tree, triangle[i]);
-    const float3 from = vload3(0, corners.a);
-    const float3 mapped =
-        mapped_normal(scene, s, b, c, smooth,
-                      direction_in_scene(&scene->tree, triangle[i], vload3(0, corners.b) - from),
-                      direction_in_scene(&scene->tree, triangle[i], vload3(0, corners.c) - from));
-    nx[i] = mapped.x;
-    ny[i] = mapped.y;
-    nz[i] = mapped.z;
-#endif
-    const Look look = look_at(scene, s, a, b, c);
-    shininess[i] = look.shininess;
-    for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
-      ambient[k][i] = look.ambient[k];
-      diffuse[k][i] = look.diffuse[k];
-      specular[k][i] = look.specular[k];
-#if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-      emission[k][i] = look.emission[k];
-#endif
-    }
-    reflectivity[i] = m->reflectivity;
-    transparency[i] = m->transparency;
-    ior[i] = m->ior;
-    ior_low[i] = m->ior_low;
-    attenuation[i] = m->attenuation;
+  HitAttributes h;
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    set_miss(lane, &h);
+    if (triangle[lane] >= 0) set_hit(scene, triangle[lane], u[lane], v[lane], lane, &h);
   }
   Surface surface;
   surface.x = rays->ox + hits->t * rays->dx;
   surface.y = rays->oy + hits->t * rays->dy;
   surface.z = rays->oz + hits->t * rays->dz;
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
-    surface.ambient[k] = LANES_LOAD(ambient[k]);
-    surface.diffuse[k] = LANES_LOAD(diffuse[k]);
-    surface.specular[k] = LANES_LOAD(specular[k]);
+    surface.ambient[k] = LANES_LOAD(h.ambient[k]);
+    surface.diffuse[k] = LANES_LOAD(h.diffuse[k]);
+    surface.specular[k] = LANES_LOAD(h.specular[k]);
 #if RAYWAVE_TEXTURES > TEXTURES_PLAIN
-    surface.emission[k] = LANES_LOAD(emission[k]);
+    surface.emission[k] = LANES_LOAD(h.emission[k]);
 #endif
   }
-  surface.shininess = LANES_LOAD(shininess);
-  surface.reflectivity = LANES_LOAD(reflectivity);
-  surface.transparency = LANES_LOAD(transparency);
-  surface.ior = LANES_LOAD(ior);
-  surface.ior_low = LANES_LOAD(ior_low);
-  surface.attenuation = LANES_LOAD(attenuation);
+  surface.shininess = LANES_LOAD(h.shininess);
+  surface.reflectivity = LANES_LOAD(h.reflectivity);
+  surface.transparency = LANES_LOAD(h.transparency);
+  surface.ior = LANES_LOAD(h.ior);
+  surface.ior_low = LANES_LOAD(h.ior_low);
+  surface.attenuation = LANES_LOAD(h.attenuation);
   const floatv toward_viewer =
       -rsqrt(rays->dx * rays->dx + rays->dy * rays->dy + rays->dz * rays->dz);
   surface.vx = rays->dx * toward_viewer;
   surface.vy = rays->dy * toward_viewer;
   surface.vz = rays->dz * toward_viewer;
-
-  // The shading normal is turned to the ray's side as the triangle's normal is. This is right for
-  // either winding, and for both sides of open meshes.
-  const floatv fx = LANES_LOAD(gx), fy = LANES_LOAD(gy), fz = LANES_LOAD(gz);
-#if RAYWAVE_NORMAL_MAPS
-  const floatv mx = LANES_LOAD(side_x), my = LANES_LOAD(side_y), mz = LANES_LOAD(side_z);
-#else
-  const floatv mx = LANES_LOAD(nx), my = LANES_LOAD(ny), mz = LANES_LOAD(nz);
-#endif
-  const floatv face_along_ray = fx * rays->dx + fy * rays->dy + fz * rays->dz;
-  const floatv face_along_normal = fx * mx + fy * my + fz * mz;
-  const floatv inverse = rsqrt(fmax(mx * mx + my * my + mz * mz, (floatv)(1e-30f)));
-  const floatv toward =
-      LANES_SELECT(inverse, -inverse, (face_along_ray > 0.0f) == (face_along_normal > 0.0f));
-  surface.nx = mx * toward;
-  surface.ny = my * toward;
-  surface.nz = mz * toward;
-#if RAYWAVE_NORMAL_MAPS
-  surface.side_x = surface.nx;
-  surface.side_y = surface.ny;
-  surface.side_z = surface.nz;
-  const floatv px = LANES_LOAD(nx), py = LANES_LOAD(ny), pz = LANES_LOAD(nz);
-  const floatv side = LANES_SELECT((floatv)(-1.0f), (floatv)(1.0f), toward > 0.0f) *
-                      rsqrt(fmax(px * px + py * py + pz * pz, (floatv)(1e-30f)));
-  surface.nx = px * side;
-  surface.ny = py * side;
-  surface.nz = pz * side;
-#endif
-  surface.entering = toward > 0.0f;
+  set_normals(&h, rays, &surface);
 #if RAYWAVE_LIGHT_PLACES > 1
   surface.light_place = 0;
 #endif
