@@ -14,11 +14,11 @@
 #include <system_error>
 #include <utility>
 
-#include "host/animate/plain_png.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -216,7 +216,7 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
     nlohmann::ordered_json entry{{"number", number}};
     if (storage_ == FrameStorage::pngs) {
       const auto name = name_of(number);
-      plain_png(size_, levels, png_);
+      uncompressed_png(size_.x, size_.y, levels, png_);
       write_whole(folder_ / name, [&](OutputFile& to) { to.write(text_of(png_)); });
       entry["file"] = name;
       entry["digest"] = digest_of(png_);

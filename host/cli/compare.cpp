@@ -179,7 +179,7 @@ void run_compare(const CompareArguments& options) {
   if (!options.out.empty()) {
     const auto file = std::filesystem::path(options.out) / "difference.png";
     const double full = largest_magnitude(difference);
-    save_png_rgb(file, difference.width, difference.height, diverging_colours(difference, full));
+    save_picture(file, difference.width, difference.height, diverging_colours(difference, full));
     json["difference"] = {{"file", file.string()}, {"full_colour", full}};
     if (options.report.prints_text()) {
       const char* meaning = kind == Kind::field

@@ -213,7 +213,7 @@ std::string save_hologram(const std::filesystem::path& folder, std::size_t numbe
                           const std::string& stem) {
   const auto picture = for_slm(LevelPicture{size_px, levels}, slm);
   const auto name = name_of_frame(number, format, stem);
-  save_png(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
+  save_picture(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
   return name;
 }
 

@@ -311,8 +311,8 @@ Json ViewOptions::save(const Image& image, const std::string& name, double z_m,
   double white = 0;
   const auto picture = expose(image, percentile, &white);
   const auto base = (std::filesystem::path(folder) / name).string();
-  save_png(base + ".png", image.width, image.height, picture);
-  save_exr(base + ".exr", image.width, image.height, image.pixels);
+  save_picture(base + ".png", image.width, image.height, picture);
+  save_picture(base + ".exr", image.width, image.height, image.pixels);
   if (report.prints_text())
     std::printf("%s.png  %d x %d, white = %s %.4g (percentile %g), .exr beside it\n", base.c_str(),
                 image.width, image.height, quantity, white, percentile);
@@ -329,8 +329,8 @@ Json ViewOptions::save(const RgbPicture& picture, const std::string& name, doubl
                        const char* quantity, const ReportOptions& report) const {
   const double white = white_of(picture, percentile);
   const auto base = (std::filesystem::path(folder) / name).string();
-  save_png_rgb(base + ".png", picture.width(), picture.height(), expose_to(picture, white));
-  save_exr_rgb(base + ".exr", picture.width(), picture.height(), interleaved(picture));
+  save_picture(base + ".png", picture.width(), picture.height(), expose_to(picture, white));
+  save_picture(base + ".exr", picture.width(), picture.height(), interleaved(picture));
   if (report.prints_text())
     std::printf("%s.png  %d x %d in colour, white = %s %.4g (percentile %g), .exr beside it\n",
                 base.c_str(), picture.width(), picture.height(), quantity, white, percentile);

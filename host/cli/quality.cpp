@@ -115,7 +115,7 @@ void print_table(const ColourQualityResult& result, const QualitySpec& spec) {
 std::string write_files(const QualityArguments& options, const ColourPicture& sheet,
                         const nlohmann::ordered_json& json) {
   const std::filesystem::path out(options.out);
-  save_png_rgb(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
+  save_picture(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
   write_text(out / "quality.json", json.dump(2) + "\n");
   return (out / "quality.png").string();
 }

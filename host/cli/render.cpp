@@ -89,7 +89,7 @@ std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
   for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
     for (const auto& picture : pictures) pixels.push_back(picture.levels[at]);
   const auto name = "hologram_rgb" + (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png";
-  save_png_rgb(folder / name, pictures[0].size_px.x, pictures[0].size_px.y, pixels);
+  save_picture(folder / name, pictures[0].size_px.x, pictures[0].size_px.y, pixels);
   return name;
 }
 

@@ -72,7 +72,7 @@ void run_trade(const TradeArguments& options) {
   }
   write_text(file, trade_json(bench.trade()));
   write_text(out / "trade.csv", trade_csv(bench.trade()));
-  save_png_rgb(out / "trade.png", sheet.width, sheet.height, sheet.rgb);
+  save_picture(out / "trade.png", sheet.width, sheet.height, sheet.rgb);
   options.report.write(trade_json(bench.trade()));
   if (!options.report.prints_text()) return;
   std::fputs(trade_text(bench.trade()).c_str(), stdout);

@@ -172,11 +172,11 @@ std::vector<std::string> save_pictures(const std::filesystem::path& folder, cons
   };
   if (format == PictureFormat::exr || format == PictureFormat::mat) {
     const auto pixels = std::size_t{1} * field.nx * field.ny;
-    const auto save =
-        format == PictureFormat::mat ? save_mat : static_cast<decltype(&save_mat)>(&save_exr);
-    for (std::size_t frame = 0; frame < static_cast<std::size_t>(field.frames); ++frame)
-      save(next_file(), field.nx, field.ny,
-           std::span(field.samples).subspan(frame * pixels, pixels));
+    for (std::size_t frame = 0; frame < static_cast<std::size_t>(field.frames); ++frame) {
+      const auto samples = std::span(field.samples).subspan(frame * pixels, pixels);
+      format == PictureFormat::mat ? save_mat(next_file(), field.nx, field.ny, samples)
+                                   : save_picture(next_file(), field.nx, field.ny, samples);
+    }
     return written;
   }
 
@@ -193,16 +193,16 @@ std::vector<std::string> save_pictures(const std::filesystem::path& folder, cons
     save_npy(next_file(), size.x, size.y, static_cast<int>(frames.size()), std::span(all));
   } else if (format == PictureFormat::png16) {
     for (const auto& frame : frames)
-      save_png16(next_file(), size.x, size.y, as_16_bits(frame.levels, bits));
+      save_picture(next_file(), size.x, size.y, as_16_bits(frame.levels, bits));
   } else if (format == PictureFormat::red_blue) {
     for (const auto& frame : frames)
-      save_png_rgb(next_file(), size.x, size.y, as_red_and_blue(frame.levels));
+      save_picture(next_file(), size.x, size.y, as_red_and_blue(frame.levels));
   } else if constexpr (sizeof(Level) == 1) {
     if (packed_bits(format) > 0) {
       for (const auto& picture : packed(panel, format, frames))
-        save_png_rgb(next_file(), size.x, size.y, picture);
+        save_picture(next_file(), size.x, size.y, picture);
     } else {
-      for (const auto& frame : frames) save_grey(next_file(), size.x, size.y, frame.levels);
+      for (const auto& frame : frames) save_picture(next_file(), size.x, size.y, frame.levels);
     }
   }
   return written;

@@ -52,33 +52,26 @@ Image load_grey(const std::filesystem::path& file, const std::string& where);
 /// by the format's largest number, without sRGB decoding.
 Image load_levels(const std::filesystem::path& file, const std::string& where);
 
-/// Writes an 8-bit grey picture, values as they are. The file appears complete or not at all
+/// Writes a picture, values as they are, in the format that the file's extension tells: integers as
+/// PNG, BMP or TIFF, floats, which are linear, as OpenEXR. The file appears complete or not at all
 /// (temporary name, then rename).
-void save_png(const std::filesystem::path& file, int width, int height,
-              std::span<const std::uint8_t> pixels);
-
-/// Writes an 8-bit RGB picture, channels interleaved, as save_png does.
-void save_png_rgb(const std::filesystem::path& file, int width, int height,
+///
+/// pixels  one number for each pixel (grey) or three side by side (red, green, blue). A complex
+///         field has its real part as red, its imaginary part as green
+void save_picture(const std::filesystem::path& file, int width, int height,
                   std::span<const std::uint8_t> pixels);
-
-/// Writes an 8-bit grey picture, values as they are, as PNG, BMP or TIFF by the file's extension.
-void save_grey(const std::filesystem::path& file, int width, int height,
-               std::span<const std::uint8_t> pixels);
-
-/// Writes a 16-bit grey PNG, values as they are.
-void save_png16(const std::filesystem::path& file, int width, int height,
-                std::span<const std::uint16_t> pixels);
-
-/// Writes a field as 32-bit float OpenEXR: channel R holds its real, G its imaginary part.
-void save_exr(const std::filesystem::path& file, int width, int height,
-              std::span<const std::complex<float>> pixels);
-
-/// Writes a 32-bit float OpenEXR picture of linear red, green and blue, channels interleaved.
-void save_exr_rgb(const std::filesystem::path& file, int width, int height,
+void save_picture(const std::filesystem::path& file, int width, int height,
+                  std::span<const std::uint16_t> pixels);
+void save_picture(const std::filesystem::path& file, int width, int height,
                   std::span<const float> pixels);
+void save_picture(const std::filesystem::path& file, int width, int height,
+                  std::span<const std::complex<float>> pixels);
 
-/// Writes a one-channel 32-bit float OpenEXR picture of linear values.
-void save_exr(const std::filesystem::path& file, int width, int height,
-              std::span<const float> pixels);
+/// Makes the bytes of a grey PNG without compression. Holograms look like noise, of which
+/// compression saves nothing.
+///
+/// png  gets the bytes; its memory is used again
+void uncompressed_png(int width, int height, std::span<const std::uint8_t> levels,
+                      std::vector<std::uint8_t>& png);
 
 }  // namespace raywave

@@ -6,6 +6,7 @@
 #include <memory>
 #include <stdexcept>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/common/error.hpp"
@@ -33,34 +34,64 @@ bool holds(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const
          std::memcmp(read.data(), pixels, read.size()) == 0;
 }
 
-/// OpenImageIO's writers do not say when a disk is full. So it writes to memory; where a format
-/// cannot, the file is read again.
-void save(const std::filesystem::path& file, int width, int height, int channels,
-          OIIO::TypeDesc format, const void* pixels) {
-  stay_in_one_thread();
-  const auto output = OIIO::ImageOutput::create(file.string());
-  const auto check = [&](bool done) {
-    if (!done)
-      throw InputError(in_quotes(file.string()) + ": cannot be written: " +
-                       one_line(output ? output->geterror() : OIIO::geterror()));
-  };
-  check(output != nullptr);
-  const OIIO::ImageSpec spec(width, height, channels, format);
-  const auto write = [&](const std::string& name) {
-    check(output->open(name, spec));
-    check(output->write_image(format, pixels));
-    check(output->close());
-  };
-  if (output->supports("ioproxy")) {
-    std::vector<unsigned char> bytes;
-    bytes.reserve(spec.image_bytes());
+/// Writes a picture in the format that the file's name tells.
+class Writer {
+public:
+  Writer(std::filesystem::path file, OIIO::ImageSpec spec, const void* pixels)
+      : file_(std::move(file)), spec_(std::move(spec)), pixels_(pixels) {
+    stay_in_one_thread();
+    output_ = OIIO::ImageOutput::create(file_.string());
+    check(output_ != nullptr);
+  }
+
+  bool reaches_memory() const { return output_->supports("ioproxy"); }
+
+  void write_to_memory(std::vector<std::uint8_t>& bytes) {
+    bytes.clear();
+    bytes.reserve(spec_.image_bytes());
     OIIO::Filesystem::IOVecOutput memory(bytes);
-    check(output->set_ioproxy(&memory));
-    write(file.string());
+    check(output_->set_ioproxy(&memory));
+    write_to(file_);
+  }
+
+  void write_to(const std::filesystem::path& file) {
+    check(output_->open(file.string(), spec_));
+    check(output_->write_image(spec_.format, pixels_));
+    check(output_->close());
+  }
+
+private:
+  void check(bool done) const {
+    if (!done)
+      throw InputError(in_quotes(file_.string()) + ": cannot be written: " +
+                       one_line(output_ ? output_->geterror() : OIIO::geterror()));
+  }
+
+  std::filesystem::path file_;
+  OIIO::ImageSpec spec_;
+  const void* pixels_;
+  std::unique_ptr<OIIO::ImageOutput> output_;
+};
+
+/// A picture of as many channels as its numbers fill.
+OIIO::ImageSpec spec_of(int width, int height, std::size_t numbers, OIIO::TypeDesc format) {
+  const auto pixels = width < 1 || height < 1 ? 0 : std::size_t{1} * width * height;
+  if (pixels == 0 || numbers < pixels || numbers > 3 * pixels || numbers % pixels != 0)
+    throw std::invalid_argument("save_picture: the pixels do not fill width * height");
+  return {width, height, static_cast<int>(numbers / pixels), format};
+}
+
+/// OpenImageIO's writers do not say when a disk is full. So they write to memory; where a format
+/// cannot, the file is read again.
+void save(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const void* pixels) {
+  Writer writer(file, spec, pixels);
+  if (writer.reaches_memory()) {
+    std::vector<std::uint8_t> bytes;
+    writer.write_to_memory(bytes);
     write_whole(file, [&](OutputFile& to) { to.write(bytes.data(), bytes.size()); });
   } else {
     write_whole_by_name(file, [&](const std::filesystem::path& temporary) {
-      write(temporary.string());
+      writer.write_to(temporary);
       if (!holds(temporary, spec, pixels))
         throw InputError(in_quotes(file.string()) +
                          ": cannot be written: what lies there is another picture; is the disk "
@@ -69,54 +100,34 @@ void save(const std::filesystem::path& file, int width, int height, int channels
   }
 }
 
-template <class T>
-void require_size(int width, int height, int channels, std::span<const T> pixels) {
-  if (width < 1 || height < 1 || pixels.size() != std::size_t{1} * width * height * channels)
-    throw std::invalid_argument("save: the pixels do not fill width * height");
-}
-
 }  // namespace
 
-void save_png(const std::filesystem::path& file, int width, int height,
-              std::span<const std::uint8_t> pixels) {
-  require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data());
-}
-
-void save_png_rgb(const std::filesystem::path& file, int width, int height,
+void save_picture(const std::filesystem::path& file, int width, int height,
                   std::span<const std::uint8_t> pixels) {
-  require_size(width, height, 3, pixels);
-  save(file, width, height, 3, OIIO::TypeUInt8, pixels.data());
+  save(file, spec_of(width, height, pixels.size(), OIIO::TypeUInt8), pixels.data());
 }
 
-void save_grey(const std::filesystem::path& file, int width, int height,
-               std::span<const std::uint8_t> pixels) {
-  require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeUInt8, pixels.data());
+void save_picture(const std::filesystem::path& file, int width, int height,
+                  std::span<const std::uint16_t> pixels) {
+  save(file, spec_of(width, height, pixels.size(), OIIO::TypeUInt16), pixels.data());
 }
 
-void save_png16(const std::filesystem::path& file, int width, int height,
-                std::span<const std::uint16_t> pixels) {
-  require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeUInt16, pixels.data());
-}
-
-void save_exr(const std::filesystem::path& file, int width, int height,
-              std::span<const std::complex<float>> pixels) {
-  require_size(width, height, 1, pixels);
-  save(file, width, height, 2, OIIO::TypeFloat, pixels.data());
-}
-
-void save_exr_rgb(const std::filesystem::path& file, int width, int height,
+void save_picture(const std::filesystem::path& file, int width, int height,
                   std::span<const float> pixels) {
-  require_size(width, height, 3, pixels);
-  save(file, width, height, 3, OIIO::TypeFloat, pixels.data());
+  save(file, spec_of(width, height, pixels.size(), OIIO::TypeFloat), pixels.data());
 }
 
-void save_exr(const std::filesystem::path& file, int width, int height,
-              std::span<const float> pixels) {
-  require_size(width, height, 1, pixels);
-  save(file, width, height, 1, OIIO::TypeFloat, pixels.data());
+void save_picture(const std::filesystem::path& file, int width, int height,
+                  std::span<const std::complex<float>> pixels) {
+  save(file, spec_of(width, height, 2 * pixels.size(), OIIO::TypeFloat), pixels.data());
+}
+
+void uncompressed_png(int width, int height, std::span<const std::uint8_t> levels,
+                      std::vector<std::uint8_t>& png) {
+  auto spec = spec_of(width, height, levels.size(), OIIO::TypeUInt8);
+  spec.attribute("png:compressionLevel", 0);
+  spec.attribute("png:filter", 8);  // none
+  Writer("levels.png", spec, levels.data()).write_to_memory(png);
 }
 
 }  // namespace raywave

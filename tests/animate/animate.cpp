@@ -14,7 +14,6 @@
 #include <stdexcept>
 #include <thread>
 
-#include "host/animate/plain_png.hpp"
 #include "host/animate/video_program.hpp"
 #include "host/animate/write_queue.hpp"
 #include "host/common/digest.hpp"
@@ -362,7 +361,7 @@ TEST_CASE("a run is another one once a file that its scene reads has changed, an
   };
   const auto flat = [](std::uint8_t level) {
     const Folder folder;
-    save_png(folder / "flat.png", 48, 32, std::vector<std::uint8_t>(48 * 32, level));
+    save_picture(folder / "flat.png", 48, 32, std::vector<std::uint8_t>(48 * 32, level));
     return bytes_of(folder / "flat.png");
   };
   struct File {
@@ -424,7 +423,7 @@ TEST_CASE("PNGs that are not compressed hold their levels, wherever blocks end i
     std::vector<std::uint8_t> levels(std::size_t{1} * size.x * size.y);
     std::mt19937 noise(1);
     for (auto& level : levels) level = static_cast<std::uint8_t>(noise());
-    plain_png(size, levels, png);
+    uncompressed_png(size.x, size.y, levels, png);
     folder.write("seen.png", {reinterpret_cast<const char*>(png.data()), png.size()});
     const auto read = load_levels(folder / "seen.png", "seen.png");
     REQUIRE(glm::ivec2(read.width, read.height) == size);

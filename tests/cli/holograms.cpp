@@ -133,7 +133,7 @@ TEST_CASE("mistakes in [slm] get one line and exit code 2 from every command tha
   REQUIRE(desk.render({"--quiet"}).code == 0);
   std::filesystem::rename(desk.out(""), desk.folder() / "good");
   const auto field = desk.file("good/field.npy");
-  save_png(desk.folder() / "flat.png", 2, 2, std::vector<std::uint8_t>(4));
+  save_picture(desk.folder() / "flat.png", 2, 2, std::vector<std::uint8_t>(4));
   std::string turns_back;
   for (int i = 0; i < 256; ++i) turns_back += std::to_string(i % 128) + "\n";
   desk.folder().write("lut.txt", turns_back);
@@ -340,8 +340,8 @@ TEST_CASE("compare takes pictures as intensities, amplitudes or as a screen show
     a[i] = static_cast<float>(i * i) / 4096;
     b[i] = static_cast<float>(i * i) / 2048 + 0.01f;
   }
-  save_exr(desk.folder() / "a.exr", 8, 8, a);
-  save_exr(desk.folder() / "b.exr", 8, 8, b);
+  save_picture(desk.folder() / "a.exr", 8, 8, a);
+  save_picture(desk.folder() / "b.exr", 8, 8, b);
   const auto psnr = [&](const std::vector<std::string>& more) {
     std::vector<std::string> line{"compare", desk.file("a.exr"), desk.file("b.exr"), "--json"};
     line.insert(line.end(), more.begin(), more.end());

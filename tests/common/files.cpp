@@ -195,7 +195,7 @@ TEST_CASE("levels come back from a PNG exactly, row 0 first") {
   std::vector<std::uint8_t> levels(256 * 3);
   for (std::size_t i = 0; i < levels.size(); ++i)
     levels[i] = static_cast<std::uint8_t>(i + i / 256);
-  save_png(folder / "levels.png", 256, 3, levels);
+  save_picture(folder / "levels.png", 256, 3, levels);
   const Image image = load_levels(folder / "levels.png", "here");
   REQUIRE(image.width == 256);
   REQUIRE(image.height == 3);
@@ -213,7 +213,7 @@ TEST_CASE("levels of 16 bits keep their steps") {
 TEST_CASE("integer textures are decoded from sRGB, channel by channel") {
   const Folder folder;
   const std::vector<std::uint8_t> pixels{0, 128, 255, 188, 10, 11};
-  save_png_rgb(folder / "a.png", 2, 1, pixels);
+  save_picture(folder / "a.png", 2, 1, pixels);
   for (int channel = 0; channel < 3; ++channel) {
     const Image image = load_texture(folder / "a.png", channel, "");
     REQUIRE(image.pixels.size() == 2);
@@ -230,7 +230,7 @@ TEST_CASE("integer textures are decoded from sRGB, channel by channel") {
 
 TEST_CASE("a grey texture serves every channel") {
   const Folder folder;
-  save_png(folder / "a.png", 2, 2, std::vector<std::uint8_t>{0, 255, 128, 64});
+  save_picture(folder / "a.png", 2, 2, std::vector<std::uint8_t>{0, 255, 128, 64});
   CHECK(load_texture(folder / "a.png", 2, "").pixels ==
         load_texture(folder / "a.png", 0, "").pixels);
 }
@@ -238,7 +238,7 @@ TEST_CASE("a grey texture serves every channel") {
 TEST_CASE("float pictures are linear and come back exactly") {
   const Folder folder;
   const std::vector<float> pixels{0, 1e-8f, 0.5f, 1, 1000, -1};
-  save_exr(folder / "a.exr", 3, 2, pixels);
+  save_picture(folder / "a.exr", 3, 2, pixels);
   CHECK(load_texture(folder / "a.exr", 1, "").pixels == pixels);
 }
 
@@ -256,26 +256,26 @@ TEST_CASE("unusable pictures are refused with the reason, before memory is taken
              ContainsSubstring("its size is 16385 x 1, and each side must be 1 to 16384"));
   CHECK_THAT(refusal(folder.write("b.pgm", pgm(2000000000, 2000000000, "x"))),
              StartsWith("here: picture \""));
-  save_png(folder / "whole.png", 100, 100, std::vector<std::uint8_t>(10000, 9));
+  save_picture(folder / "whole.png", 100, 100, std::vector<std::uint8_t>(10000, 9));
   const std::string whole = bytes_of(folder / "whole.png");
   CHECK_THAT(refusal(folder.write("cut.png", whole.substr(0, whole.size() / 2))),
              StartsWith("here: picture \""));
   CHECK_THAT(refusal(folder.write("nan.pfm", pfm(2, 1, {0, std::nanf("")}))),
              ContainsSubstring("holds NaN or infinity"));
-  save_exr(folder / "inf.exr", 2, 1, std::vector<float>{0, INFINITY});
+  save_picture(folder / "inf.exr", 2, 1, std::vector<float>{0, INFINITY});
   CHECK_THAT(refusal(folder / "inf.exr"), ContainsSubstring("holds NaN or infinity"));
-  save_png_rgb(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
+  save_picture(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
   CHECK_THAT(input_error_of([&] { load_levels(folder / "rgb.png", ""); }),
              ContainsSubstring("must be grey of 8 or 16 bits; it has 3 channels of type uint8"));
-  save_exr(folder / "grey.exr", 1, 1, std::vector<float>{1});
+  save_picture(folder / "grey.exr", 1, 1, std::vector<float>{1});
   CHECK_THAT(input_error_of([&] { load_levels(folder / "grey.exr", ""); }),
              ContainsSubstring("is a picture of kind openexr, which may lose levels"));
 }
 
 TEST_CASE("damaged pictures load or are refused in one line") {
   const Folder folder;
-  save_png(folder / "a.png", 16, 16, std::vector<std::uint8_t>(256, 100));
-  save_exr(folder / "a.exr", 16, 16, std::vector<float>(256, 0.5f));
+  save_picture(folder / "a.png", 16, 16, std::vector<std::uint8_t>(256, 100));
+  save_picture(folder / "a.exr", 16, 16, std::vector<float>(256, 0.5f));
   for (const char* name : {"a.png", "a.exr"}) {
     INFO(name);
     bool all_finite = true;
@@ -351,13 +351,13 @@ TEST_CASE("on a full disk every format is an error, the old file stays, and noth
   const std::span<const std::uint8_t> grey(bytes.data(), pixels);
   using Save = std::function<void(const std::filesystem::path&)>;
   const std::vector<std::pair<std::string, Save>> formats{
-      {"a.png", [&](const auto& file) { save_png(file, nx, ny, grey); }},
-      {"rgb.png", [&](const auto& file) { save_png_rgb(file, nx, ny, bytes); }},
-      {"b.png", [&](const auto& file) { save_png16(file, nx, ny, words); }},
-      {"a.bmp", [&](const auto& file) { save_grey(file, nx, ny, grey); }},
-      {"a.tif", [&](const auto& file) { save_grey(file, nx, ny, grey); }},
-      {"a.exr", [&](const auto& file) { save_exr(file, nx, ny, values); }},
-      {"b.exr", [&](const auto& file) { save_exr(file, nx, ny, field); }},
+      {"a.png", [&](const auto& file) { save_picture(file, nx, ny, grey); }},
+      {"rgb.png", [&](const auto& file) { save_picture(file, nx, ny, bytes); }},
+      {"b.png", [&](const auto& file) { save_picture(file, nx, ny, words); }},
+      {"a.bmp", [&](const auto& file) { save_picture(file, nx, ny, grey); }},
+      {"a.tif", [&](const auto& file) { save_picture(file, nx, ny, grey); }},
+      {"a.exr", [&](const auto& file) { save_picture(file, nx, ny, values); }},
+      {"b.exr", [&](const auto& file) { save_picture(file, nx, ny, field); }},
       {"a.npy", [&](const auto& file) { save_npy(file, nx, ny, 1, grey); }},
       {"a.txt", [&](const auto& file) { write_text(file, std::string(pixels, 'x')); }},
       {"a.mat", [&](const auto& file) { save_mat(file, nx, ny, field); }},
@@ -397,10 +397,10 @@ TEST_CASE("paths that cannot be written are refused, and no file is left behind"
   CHECK_THAT(input_error_of([&] { write_text(folder / "folder", "x"); }),
              ContainsSubstring("cannot be written"));
   CHECK_THAT(
-      input_error_of([&] { save_png(folder / "folder", 1, 1, std::vector<std::uint8_t>{1}); }),
+      input_error_of([&] { save_picture(folder / "folder", 1, 1, std::vector<std::uint8_t>{1}); }),
       ContainsSubstring("cannot be written"));
-  CHECK_THAT(
-      input_error_of([&] { save_exr(folder / "a.no-such-format", 1, 1, std::vector<float>{1}); }),
-      ContainsSubstring("cannot be written"));
+  CHECK_THAT(input_error_of(
+                 [&] { save_picture(folder / "a.no-such-format", 1, 1, std::vector<float>{1}); }),
+             ContainsSubstring("cannot be written"));
   CHECK(folder.count() == 2);
 }

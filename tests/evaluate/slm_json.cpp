@@ -23,7 +23,7 @@ std::filesystem::path report_of(const Folder& folder, const SlmSpec& slm) {
 
 TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   const Folder folder;
-  save_png(folder / "flat.png", 2, 1, std::vector<std::uint8_t>{10, 20});
+  save_picture(folder / "flat.png", 2, 1, std::vector<std::uint8_t>{10, 20});
   SlmSpec slm;
   slm.clip = 0.75;
   slm.band = {0.5, 0.25};

@@ -81,8 +81,8 @@ Scene tiny_scene(const cl::Device& device, const Folder& folder) {
   scene.sampling.frames = 2;
   scene.wrp.grid = {1, 1};  // planes this small receive nothing beside the axis
   scene.trace.shadows = true;
-  save_png(folder / "grey.png", 4, 2,
-           std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
+  save_picture(folder / "grey.png", 4, 2,
+               std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
   Material ball;
   ball.specular = glm::dvec3(0.4);
   Material wall = test::glowing();

@@ -96,7 +96,7 @@ TEST_CASE("an environment's colour is that of the light on a white card") {
     std::vector<float> pixels;
     for (int i = 0; i < 8 * 4; ++i)
       for (int k = 0; k < 3; ++k) pixels.push_back(static_cast<float>(of[k]));
-    save_exr_rgb(folder / name, 8, 4, pixels);
+    save_picture(folder / name, 8, 4, pixels);
   };
   sky("coloured.exr", colour);
   sky("white.exr", glm::dvec3(1));

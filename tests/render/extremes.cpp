@@ -456,7 +456,7 @@ TEST_CASE(
   const auto texture = [&](float value) {
     const auto file = folder / "texture.exr";
     const std::vector<float> pixels{1, value, 0.5f, 2};
-    save_exr(file, 2, 2, pixels);
+    save_picture(file, 2, 2, pixels);
     return file;
   };
   for (const float bad : {NAN, INFINITY, -INFINITY})

@@ -48,7 +48,7 @@ struct Bench {
     folder.write("large.txt", std::string(2 << 20, '1'));
     folder.write("empty.txt", "");
     folder.write("none.png", "no picture");
-    save_png(folder / "flat.png", 3, 2, std::vector<std::uint8_t>{0, 1, 2, 3, 4, 255});
+    save_picture(folder / "flat.png", 3, 2, std::vector<std::uint8_t>{0, 1, 2, 3, 4, 255});
   }
 
   SlmSpec load(const std::string& keys, const std::vector<std::string>& set = {},

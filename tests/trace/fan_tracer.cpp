@@ -101,7 +101,7 @@ std::filesystem::path texture_in(const Folder& folder) {
   const auto file = folder / "texture.exr";
   const std::vector<float> texels{0.9f, 0.1f,  0.5f, 0.3f,  0.7f,  0.2f,  0.8f, 0.4f,
                                   1.0f, 0.05f, 0.6f, 0.35f, 0.15f, 0.75f, 0.45f};
-  save_exr(file, 5, 3, texels);
+  save_picture(file, 5, 3, texels);
   return file;
 }
 

@@ -121,7 +121,7 @@ std::filesystem::path checkers(const Folder& folder, int columns, int rows) {
   std::vector<float> texels;
   for (int y = 0; y < height; ++y)
     for (int x = 0; x < width; ++x) texels.push_back((x / 32 + y / 32) % 2 == 0 ? 1.0f : 0.1f);
-  save_exr(folder / "checkers.exr", width, height, texels);
+  save_picture(folder / "checkers.exr", width, height, texels);
   return folder / "checkers.exr";
 }
 

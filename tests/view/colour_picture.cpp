@@ -52,11 +52,11 @@ TEST_CASE("pictures in colour are sRGB on screens, and linear sRGB in EXR") {
   CHECK(expose_to(picture, 0) == std::vector<std::uint8_t>(6, 0));
 
   const Folder folder;
-  save_exr_rgb(folder / "a.exr", 2, 1, interleaved(picture));
+  save_picture(folder / "a.exr", 2, 1, interleaved(picture));
   const auto read = load_rgb(folder / "a.exr", "");
   for (std::size_t c = 0; c < 3; ++c) CHECK(read.channels[c].pixels == picture.channels[c].pixels);
   CHECK(!is_grey(read));
-  save_exr(folder / "grey.exr", 2, 1, picture.channels[0].pixels);
+  save_picture(folder / "grey.exr", 2, 1, picture.channels[0].pixels);
   CHECK(is_grey(load_rgb(folder / "grey.exr", "")));
 }
 

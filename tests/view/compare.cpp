@@ -415,16 +415,16 @@ TEST_CASE("colours run from blue over white to red and stay there beyond the end
 TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colours are refused") {
   const Folder folder;
   const std::vector<std::uint8_t> levels{0, 10, 188, 255};
-  save_png(folder / "a.png", 4, 1, levels);
+  save_picture(folder / "a.png", 4, 1, levels);
   const auto png = load_grey(folder / "a.png", "");
   CHECK(png.pixels[0] == 0);
   CHECK(png.pixels[1] == Approx(10 / 255.0 / 12.92).epsilon(1e-6));
   CHECK(png.pixels[2] == Approx(0.5028865).epsilon(1e-6));  // ((188/255 + 0.055) / 1.055)^2.4
   CHECK(png.pixels[3] == 1);
   const std::vector<float> values{-1, 0.25f, 1e-30f, 3e5f};
-  save_exr(folder / "a.exr", 4, 1, values);
+  save_picture(folder / "a.exr", 4, 1, values);
   CHECK(load_grey(folder / "a.exr", "").pixels == values);
-  save_png_rgb(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
+  save_picture(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
   CHECK_THAT(input_error_of([&] { load_grey(folder / "rgb.png", ""); }),
              ContainsSubstring("must be grey; it has 3 channels"));
 }
