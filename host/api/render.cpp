@@ -10,7 +10,6 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/forecast/tuning.hpp"

@@ -23,7 +23,6 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/scene/scene_json.hpp"

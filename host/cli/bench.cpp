@@ -47,7 +47,7 @@ BenchSuite suite_of(const BenchArguments& options, const cl::DeviceInfo& device)
     if (!options.suite.empty()) throw InputError("--suite and a scene: give one of them");
     BenchCase one;
     one.group = "scene";
-    one.scene = options.scene.load(options.report);
+    one.scenes = options.scene.load_all(options.report);
     one.name = one_line(fs::path(options.scene.file).stem().string());
     return {"scene", {one}, {}, {}};
   }
@@ -70,8 +70,11 @@ std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Ben
       fs::temp_directory_path() / ("raywave-peer-" + std::to_string(getpid()) + ".npy");
   arguments.insert(arguments.end(), {"--field", field.string()});
   auto rows = run_peer(program, arguments);
-  for (auto& row : rows)
-    row.quality = bench.quality_of(*peer.scene, build_world(*peer.scene), load_npy(field));
+  for (auto& row : rows) {
+    Rendered rendered;
+    rendered.lasers.emplace_back().field = load_npy(field);
+    row.quality = bench.quality_of({*peer.scene}, build_world(*peer.scene), std::move(rendered));
+  }
   fs::remove(field);
   return rows;
 }

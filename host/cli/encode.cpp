@@ -20,7 +20,7 @@
 #include "host/common/text.hpp"
 #include "host/encode/nrsh.hpp"
 #include "host/encode/pictures.hpp"
-#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/render.hpp"
 
 namespace raywave::cli {

@@ -94,13 +94,6 @@ std::vector<Scene> load_all(const std::string& file, const std::vector<std::stri
   return scenes;
 }
 
-Scene load(const std::string& file, const std::vector<std::string>& set,
-           const ReportOptions& report) {
-  auto scene = load_scene(file, set);
-  for (const auto& note : scene.notes) report.note(note);
-  return scene;
-}
-
 void add_set(CLI::App& command, std::vector<std::string>& set) {
   command.add_option("--set", set, "Change a value of the scene; may be given many times")
       ->type_name("SECTION.KEY=VALUE")

@@ -42,12 +42,9 @@ struct ReportOptions {
   void write(const nlohmann::ordered_json& value) const;
 };
 
-/// Loads a scene, or those of all its lasers, and prints their notes.
+/// Loads the scenes of all lasers and prints their notes.
 std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
                             const ReportOptions& report);
-/// Loads a scene and prints its notes.
-Scene load(const std::string& file, const std::vector<std::string>& set,
-           const ReportOptions& report);
 
 void add_set(CLI::App& command, std::vector<std::string>& set);
 
@@ -57,7 +54,6 @@ struct SceneOptions {
   std::vector<std::string> set;
 
   CLI::Option* add_to(CLI::App& command, const std::string& help = "Scene file (TOML)");
-  Scene load(const ReportOptions& report) const { return cli::load(file, set, report); }
   std::vector<Scene> load_all(const ReportOptions& report) const {
     return cli::load_all(file, set, report);
   }

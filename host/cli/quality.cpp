@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/quality.hpp"
 
-#include <array>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -15,10 +14,10 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/forecast.hpp"
+#include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/colour_quality.hpp"
-#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/scene/image.hpp"
 
@@ -60,70 +59,53 @@ void say_times(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t laser
 
 void print_table(const QualityResult& result, const QualitySpec& spec,
                  const QualityArguments& options) {
+  const auto& lasers = result.render.lasers;
+  const bool is_colour = lasers.size() > 1;
   std::printf(
       "%d x %d pixels, mean of %d frames, blur %.4g px, border %d px, lens of %d x %d points\n",
-      result.picture_size.x, result.picture_size.y, result.render.field.frames, result.blur_px,
+      result.picture_size.x, result.picture_size.y, lasers.at(0).field.frames, result.blur_px,
       result.border_px, spec.lens_points, spec.lens_points);
-  std::printf("%-10s  %-6s  %8s  %6s  %5s  %6s  %-15s  %s\n", "depth", "view", "PSNR, dB", "SSIM",
-              "light", "haze", "speckle (lens)", "field: PSNR, dB");
+  std::printf("%-10s  %-6s  %8s  %6s  %5s  %6s  %-15s  %s%s\n", "depth", "view", "PSNR, dB", "SSIM",
+              "light", "haze", "speckle (lens)", "field: PSNR, dB",
+              is_colour ? "  Delta E mean  95 % <  field: mean" : "");
   for (const auto& row : result.rows) {
-    std::array<char, 16> haze{"-"};
-    if (row.haze) std::snprintf(haze.data(), haze.size(), "%.4f", *row.haze);
-    std::printf("%-10s  %-6s  %8.2f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f\n",
-                length_text(row.z_m).c_str(), row.view.c_str(), row.figures.psnr_db,
-                row.figures.ssim, row.light_share, haze.data(), row.figures.contrast_b,
-                row.figures.contrast_a, row.field_figures.psnr_db);
+    const auto &figures = row.figures.luminance, &of_field = row.field_figures.luminance;
+    const auto haze = row.haze ? format("%.4f", *row.haze) : "-";
+    std::printf("%-10s  %-6s  %8.2f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f",
+                length_text(row.z_m).c_str(), row.view.c_str(), figures.psnr_db, figures.ssim,
+                row.light_share, haze.c_str(), figures.contrast_b, figures.contrast_a,
+                of_field.psnr_db);
+    if (is_colour)
+      std::printf("  %19.2f  %6.2f  %11.2f", row.figures.mean, row.figures.most_of_95,
+                  row.field_figures.mean);
+    std::printf("\n");
   }
+  if (is_colour) std::printf("PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n");
   std::printf("levels by %s; %.2f of the SLM's light is the wanted wave\n",
-              name_of(result.render.plan.slm.encoding).c_str(), result.wanted_share);
+              name_of(lasers[0].plan.slm.encoding).c_str(), result.wanted_share);
   if (result.against_points) {
     std::printf(
         "against the sum of all points, first frame: complex correlation %.4f, relative L2 error "
         "%.4f\n",
         result.against_points->correlation, result.against_points->error);
   }
+  auto stages = sum_of_stages(lasers, &RenderResult::seconds);
   std::printf(
       "%s rendered in %.2f s (trace %.2f s, propagate %.2f s), reconstructed in %.2f s, seen by "
       "the lens in %.2f s\n",
-      options.method.name.c_str(), result.seconds.at("render"), result.render.seconds.at("trace"),
-      result.render.seconds.contains("propagate") ? result.render.seconds.at("propagate") : 0.0,
-      result.seconds.at("reconstruct"), result.seconds.at("lens"));
+      options.method.name.c_str(), result.seconds.at("render"), stages["trace"],
+      stages["propagate"], result.seconds.at("reconstruct"), result.seconds.at("lens"));
 }
 
-void print_table(const ColourQualityResult& result, const QualitySpec& spec) {
-  std::printf(
-      "%d x %d pixels, mean of %d frames, blur %.4g px, border %d px, lens of %d x %d points\n",
-      result.picture_size.x, result.picture_size.y, result.render.lasers.at(0).field.frames,
-      result.blur_px, result.border_px, spec.lens_points, spec.lens_points);
-  std::printf("%-10s  %-6s  %8s  %6s  %12s  %9s  %-15s  %s\n", "depth", "view", "PSNR, dB", "SSIM",
-              "Delta E mean", "95 % <", "speckle (lens)", "field: PSNR, dB, Delta E mean");
-  for (const auto& row : result.rows) {
-    const auto& luminance = row.figures.luminance;
-    std::printf("%-10s  %-6s  %8.2f  %6.4f  %12.2f  %9.2f  %.4f (%.4f)  %8.2f  %8.2f\n",
-                length_text(row.z_m).c_str(), row.view.c_str(), luminance.psnr_db, luminance.ssim,
-                row.figures.mean, row.figures.most_of_95, luminance.contrast_b,
-                luminance.contrast_a, row.field_figures.luminance.psnr_db, row.field_figures.mean);
-  }
-  std::printf("levels by %s; PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n",
-              name_of(result.render.lasers[0].plan.slm.encoding).c_str());
-  std::printf("rendered in %.2f s, reconstructed in %.2f s, seen by the lens in %.2f s\n",
-              result.seconds.at("render"), result.seconds.at("reconstruct"),
-              result.seconds.at("lens"));
-}
-
-/// Writes the contact sheet and the figures.
-std::string write_files(const QualityArguments& options, const ColourPicture& sheet,
-                        const nlohmann::ordered_json& json) {
-  const std::filesystem::path out(options.out);
-  save_picture(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
-  write_text(out / "quality.json", json.dump(2) + "\n");
-  return (out / "quality.png").string();
-}
-
-void run_quality_lasers(const QualityArguments& options, const std::vector<Scene>& scenes,
-                        const cl::Device& device, RenderOptions how) {
+void run_quality(const QualityArguments& options) {
+  const auto scenes = options.scene.load_all(options.report);
   auto spec = spec_of(options, scenes[0]);
-  ColourQualityResult result;
+  const cl::Device device(options.device.info());
+  RenderOptions how;
+  how.fft = options.device.backend(device.info());
+  how.method = options.method.method();
+  how.rays_per_axis = options.method.rays_per_axis;
+  QualityResult result;
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
@@ -131,51 +113,22 @@ void run_quality_lasers(const QualityArguments& options, const std::vector<Scene
     const auto world = build_world(scenes[0]);
     if (const auto warning = colour_warning(scenes, world); !warning.empty())
       options.report.note(warning);
-    result = assess_colours(device, scenes, world, how, spec);
-  }
-  const auto sheet = contact_sheet(result);
-  const auto json = colour_quality_json(scenes, result, device.info(), how, spec);
-  const auto name = write_files(options, sheet, json);
-  if (options.report.prints_text()) {
-    print_table(result, spec);
-    std::printf(
-        "%s  %d x %d, rows as in the table; columns: lens, hologram, difference of luminances; "
-        ".json beside it\n",
-        name.c_str(), sheet.width, sheet.height);
-  }
-  options.report.write(json);
-}
-
-void run_quality(const QualityArguments& options) {
-  const auto scenes = options.scene.load_all(options.report);
-  const auto& scene = scenes[0];
-  auto spec = spec_of(options, scene);
-  const cl::Device device(options.device.info());
-  RenderOptions how;
-  how.fft = options.device.backend(device.info());
-  how.method = options.method.method();
-  how.rays_per_axis = options.method.rays_per_axis;
-  if (scenes.size() > 1) {
-    run_quality_lasers(options, scenes, device, how);
-    return;
-  }
-  QualityResult result;
-  {
-    ProgressBar bar(options.report.quiet);
-    how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    say_times(bar, device.info(), scenes.size(), how, spec);
-    result = assess(device, scene, how, spec);
+    result = assess(device, scenes, world, how, spec);
   }
 
   const auto sheet = contact_sheet(result);
-  const auto json = quality_json(scene, result, device.info(), how, spec);
-  const auto name = write_files(options, sheet, json);
+  const auto json = quality_json(scenes, result, device.info(), how, spec);
+  const auto out = std::filesystem::path(options.out);
+  save_picture(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
+  write_text(out / "quality.json", json.dump(2) + "\n");
 
   if (options.report.prints_text()) {
     print_table(result, spec, options);
     std::printf(
-        "%s  %d x %d, rows as in the table; columns: lens, hologram, difference; .json beside it\n",
-        name.c_str(), sheet.width, sheet.height);
+        "%s  %d x %d, rows as in the table; columns: lens, hologram, difference%s; .json beside "
+        "it\n",
+        (out / "quality.png").c_str(), sheet.width, sheet.height,
+        scenes.size() > 1 ? " of luminances" : "");
   }
   options.report.write(json);
 }

@@ -17,7 +17,7 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 

@@ -20,7 +20,6 @@
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/slm_json.hpp"

@@ -22,7 +22,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"

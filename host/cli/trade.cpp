@@ -50,9 +50,9 @@ std::string text_of(const std::filesystem::path& file) {
 }
 
 void run_trade(const TradeArguments& options) {
-  const auto scene = options.scene.load(options.report);
+  const auto scenes = options.scene.load_all(options.report);
   const cl::Device device(options.device.info());
-  TradeBench bench(device, scene, spec_of(options, scene, device.info()));
+  TradeBench bench(device, scenes, spec_of(options, scenes[0], device.info()));
 
   const std::filesystem::path out(options.out);
   const auto file = out / "trade.json";

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"

@@ -6,8 +6,8 @@
 #include <numbers>
 #include <sstream>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/colour_report.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
@@ -23,19 +23,13 @@ using Rows = std::ostringstream;
 
 double degrees_of(double sine) { return std::asin(sine) * 180 / std::numbers::pi; }
 
-std::string formatted(const char* format, double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), format, value);
-  return text.data();
-}
-
-std::string mm(double metres) { return formatted("%.4g mm", metres * 1e3); }
-std::string number(double value) { return formatted("%.2g", value); }
+std::string mm(double metres) { return format("%.4g mm", metres * 1e3); }
+std::string number(double value) { return format("%.2g", value); }
 
 /// Two digits, more of large numbers.
 std::string seconds(double value) {
   const double shown = value < 1 ? value * 1e3 : value;
-  return formatted(shown < 99.5 ? "%.2g" : "%.0f", shown) + (value < 1 ? " ms" : " s");
+  return format(shown < 99.5 ? "%.2g" : "%.0f", shown) + (value < 1 ? " ms" : " s");
 }
 
 /// The materials of a mesh, those that most triangles wear first.
@@ -228,25 +222,20 @@ void add_time(const Prediction& prediction, Rows& out) {
 void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
   const auto& pictures = prediction.pictures;
   if (!pictures) return;
-  std::array<char, 240> text;
   if (pictures->dark)
-    std::snprintf(text.data(), text.size(),
-                  "pictures  dark: a coarse look from the hologram's middle meets no light\n");
+    out << "pictures  dark: a coarse look from the hologram's middle meets no light\n";
   else if (pictures->refined)
-    std::snprintf(text.data(), text.size(),
-                  "pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
+    out << format("pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
                   pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
                   pictures->field_psnr_db);
   else
-    std::snprintf(text.data(), text.size(),
-                  "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
-                  "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
-                  "padding %.0f %% of the error\n",
-                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
-                  pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
-                  100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,
-                  100 * pictures->padding);
-  out << text.data();
+    out << format(
+        "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
+        "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
+        "padding %.0f %% of the error\n",
+        pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(), pictures->field_psnr_db,
+        100 * pictures->encoding, 100 * pictures->speckle, 100 * pictures->edges,
+        100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
   if (pictures->stop > 0)
     out << "          " << number(100 * pictures->stop)
         << " % of the error is what the stop cuts off\n";
@@ -273,11 +262,39 @@ void add_plan(const Planned& planned, const World& world, Rows& out) {
   for (const auto& warning : warnings) out << "warning   " << warning << "\n";
 }
 
+/// The head of the plans of several lasers: what each shows, and what all need.
+void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& out) {
+  const auto share_text = [](double share) { return format("%.3f", share); };
+  const auto& lasers = planned.at(0).scene.colour.value().lasers;
+  const double middle_m = (world.min_m.z + world.max_m.z) / 2;
+  out << "colour    three lasers in turn; linear sRGB, white D65\n";
+  std::vector<Scene> scenes;
+  double seconds = 0;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    const auto& scene = planned[i].scene;
+    scenes.push_back(scene);
+    seconds += planned[i].prediction.times.total_s();
+    const auto row = lasers.row(i);
+    out << "laser     " << length_text(scene.hologram.wavelength_m) << ": "
+        << share_text(lasers.white_powers[i]) << " of white's power; light " << share_text(row.x)
+        << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; shows "
+        << sides_text(field_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << " at "
+        << length_text(middle_m) << "\n";
+  }
+  const auto shortest = *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  out << "field     " << sides_text(field_m(scenes[0].hologram, shortest, middle_m))
+      << " that the whole hologram shows with all lasers\n";
+  out << "time      " << number_text(std::round(100 * seconds) / 100)
+      << " s predicted for all lasers\n";
+  if (const auto warning = colour_warning(scenes, world); !warning.empty())
+    out << "warning   " << warning << "\n";
+}
+
 }  // namespace
 
 std::string plan_report_text(const std::vector<Planned>& planned, const World& world) {
   Rows out;
-  if (planned.size() > 1) out << lasers_text(planned, world);
+  if (planned.size() > 1) add_lasers(planned, world, out);
   for (const auto& plan : planned) {
     if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.wavelength_m) << "\n";
     add_plan(plan, world, out);

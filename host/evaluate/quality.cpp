@@ -2,6 +2,7 @@
 #include "host/evaluate/quality.hpp"
 
 #include <algorithm>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
@@ -18,6 +19,8 @@ namespace raywave {
 namespace {
 
 using Json = nlohmann::ordered_json;
+
+using ImageList = std::vector<Image>;
 
 Image without_border(const Image& image, int border) {
   Image inner{image.width - 2 * border, image.height - 2 * border, {}};
@@ -38,7 +41,307 @@ Image scaled(Image image, double factor) {
   return image;
 }
 
-/// Light of the picture in the rectangle around what the lens sees.
+/// What `change` makes of each of the images.
+template <class Change>
+ImageList each(const ImageList& images, const Change& change) {
+  ImageList changed;
+  for (const auto& image : images) changed.push_back(change(image));
+  return changed;
+}
+
+/// Grey has three equal channels.
+RgbPicture rgb_of(const ImageList& channels) {
+  return {{channels.front(), channels[channels.size() / 2], channels.back()}};
+}
+
+Image brightness_of(const ImageList& channels) {
+  return channels.size() == 1 ? channels[0] : luminance_of(rgb_of(channels));
+}
+
+/// Mean of the hologram where the lens sees nothing, in units of the lens's brightest pixel.
+std::optional<double> haze_of(const Image& lens, const Image& hologram, double scale) {
+  const float brightest = *std::max_element(lens.pixels.begin(), lens.pixels.end());
+  double sum = 0, count = 0;
+  for (std::size_t i = 0; i < lens.pixels.size(); ++i) {
+    if (lens.pixels[i] > brightest / 1000) continue;
+    sum += hologram.pixels[i];
+    ++count;
+  }
+  if (count == 0 || brightest <= 0) return {};
+  return sum / count * scale / brightest;
+}
+
+/// Figures of pictures that are blurred already.
+ColourComparison compare(const ImageList& a, const ImageList& b, int border_px) {
+  if (a.size() > 1) return compare_colours(rgb_of(a), rgb_of(b), {0, border_px, {}, Domain::srgb});
+  ColourComparison figures;
+  figures.luminance = compare_pictures(a[0], b[0], {0, border_px, {}});
+  figures.scale = figures.luminance.scale;
+  return figures;
+}
+
+/// Compares pictures of lens, levels and field, each of one channel or three. Each is blurred once,
+/// for the figures and for the sheet.
+QualityRow row_of(const ImageList& lens, const ImageList& hologram, const ImageList& field,
+                  double blur_px, int border_px) {
+  const auto blur = [&](const Image& image) { return blurred(image, blur_px); };
+  const auto crop = [&](const Image& image) { return without_border(image, border_px); };
+  const auto cell = [&](const Image& image) { return small(image); };
+  QualityRow row;
+  const auto seen = each(lens, blur), shown = each(hologram, blur);
+  row.figures = compare(seen, shown, border_px);
+  row.field_figures = compare(seen, each(field, blur), border_px);
+  const double scale = row.figures.scale;
+  const auto inner = each(seen, crop), inner_shown = each(shown, crop);
+  row.haze = haze_of(brightness_of(inner), brightness_of(inner_shown), scale);
+  row.lens = each(inner, cell);
+  row.hologram = each(inner_shown, [&](const Image& image) { return scaled(small(image), scale); });
+  row.difference = small(row.figures.luminance.difference);
+  row.figures.luminance.difference = row.field_figures.luminance.difference = {};
+  return row;
+}
+
+FieldStack some_frames(const FieldStack& field, int first, int count) {
+  const auto start = field.samples.begin() + std::ptrdiff_t{first} * field.nx * field.ny;
+  return {field.nx, field.ny, count, {start, start + std::ptrdiff_t{count} * field.nx * field.ny}};
+}
+
+/// Updates the mean of `count` frames with the mean of `more_count` other frames.
+void average_in(Image& mean, int count, const Image& more, int more_count) {
+  if (count == 0) {
+    mean = more;
+    return;
+  }
+  const double share = static_cast<double>(more_count) / (count + more_count);
+  for (std::size_t i = 0; i < mean.pixels.size(); ++i)
+    mean.pixels[i] = static_cast<float>(mean.pixels[i] + share * (more.pixels[i] - mean.pixels[i]));
+}
+
+/// What the scene's SLM shows of a field.
+FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field) {
+  const auto& hologram = scene.hologram;
+  const auto panel = std::make_shared<const Panel>(scene.slm, hologram.resolution, hologram.pitch_m,
+                                                   hologram.wavelength_m);
+  Encoder encoder(device, panel);
+  return shown_field(*panel, encode(device, encoder, field));
+}
+
+/// Squared correlation of two waves, mean of the first frames.
+double wanted_share(const FieldStack& field, const FieldStack& shown, int frames) {
+  const auto pixels = std::size_t{1} * field.nx * field.ny;
+  double sum = 0;
+  for (int frame = 0; frame < frames; ++frame) {
+    std::complex<double> product;
+    double wanted = 0;
+    for (std::size_t i = frame * pixels; i < (frame + 1) * pixels; ++i) {
+      const std::complex<double> u(field.samples[i]), v(shown.samples[i]);
+      product += u * std::conj(v);
+      wanted += std::norm(u);
+    }
+    // The light on the SLM is 1 per pixel.
+    if (wanted > 0) sum += std::norm(product) / (wanted * static_cast<double>(pixels));
+  }
+  return sum / frames;
+}
+
+/// Judges the first frames of the holograms of all lasers, row by row.
+class Judge {
+public:
+  Judge(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+        const Rendered& rendered, std::vector<int> frame_counts, const RenderOptions& how,
+        const QualitySpec& what)
+      : device_(device),
+        scenes_(scenes),
+        rendered_(rendered),
+        frame_counts_(std::move(frame_counts)),
+        how_(how),
+        what_(what),
+        plans_(plans_of(scenes, world)),
+        arrays_(device, world, plans_[0]) {
+    glm::dvec2 all_m(0);
+    for (const auto& plan : plans_)
+      all_m = glm::max(all_m, glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
+    const auto& plan = plans_[0];
+    window_m_ = what.window_m.value_or(all_m);
+    depths_m_ = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
+    QualityResult empty;
+    empty.picture_size = picture_size(window_m_, plan.size, plan.pitch_m);
+    empty.blur_px =
+        what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m) / plan.pitch_m.x;
+    empty.border_px = what.border_px;
+    results_.assign(frame_counts_.size(), empty);
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      // Fields of other programs come without levels.
+      const auto& laser = rendered.lasers[i];
+      shown_.push_back(laser.panel ? shown_field(*laser.panel, laser.levels)
+                                   : shown_by_slm(device, scenes[i], laser.field));
+      for (std::size_t k = 0; k < results_.size(); ++k)
+        results_[k].wanted_share +=
+            wanted_share(laser.field, shown_[i], frame_counts_[k]) / count();
+    }
+  }
+
+  std::vector<QualityResult> judge(LensPictures& lens) {
+    for (const double z_m : depths_m_) add_row(whole_view, z_m, lens);
+    if (what_.views) {
+      for (const auto& view : side_views) add_row(view, depths_m_.front(), lens);
+    }
+    return std::move(results_);
+  }
+
+private:
+  // The lens uses the plans of the WRP method, whatever the method of the holograms.
+  static std::vector<Plan> plans_of(const std::vector<Scene>& scenes, const World& world) {
+    std::vector<Plan> plans;
+    for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
+    return plans;
+  }
+
+  double count() const { return static_cast<double>(scenes_.size()); }
+
+  /// Compares the holograms with the lens for one view and depth.
+  void add_row(const QualityView& view, double z_m, LensPictures& lens) {
+    const auto row = results_.front().rows.size();
+    // Pictures of the lens that an earlier call made are reused.
+    if (row == lens.size())
+      lens.push_back(
+          timed(results_.front().seconds["lens"], [&] { return seen_by_lens(view, z_m, row); }));
+    const auto& seen = lens[row];
+    // Each result adds frames to the mean pictures of the result before.
+    ImageList shown(scenes_.size()), shown_by_field(scenes_.size());
+    int frames = 0;
+    for (std::size_t k = 0; k < results_.size(); ++k) {
+      auto& result = results_[k];
+      const int more_frames = frame_counts_[k] - frames;
+      timed(result.seconds["reconstruct"], [&] {
+        for (std::size_t i = 0; i < scenes_.size(); ++i) {
+          const auto add = [&](const char* step, const FieldStack& all, Image& mean) {
+            average_in(mean, frames,
+                       look(step, view, z_m, i, some_frames(all, frames, more_frames)),
+                       more_frames);
+          };
+          add("hologram", shown_[i], shown[i]);
+          add("field", rendered_.lasers[i].field, shown_by_field[i]);
+        }
+        return 0;
+      });
+      frames = frame_counts_[k];
+      auto done = row_of(mixed(seen), mixed(bright(shown, frames)), mixed(shown_by_field),
+                         result.blur_px / what_.square_px, what_.border_px / what_.square_px);
+      done.view = view.name;
+      done.z_m = z_m;
+      const auto& size = plans_[0].size;
+      for (std::size_t i = 0; i < scenes_.size(); ++i)
+        done.light_share += light_in_picture(seen[i], shown[i]) * what_.square_px *
+                            what_.square_px / (static_cast<double>(size.x) * size.y) / count();
+      result.rows.push_back(std::move(done));
+    }
+  }
+
+  /// The progress of a laser's picture.
+  std::function<void(double)> progress_of(const char* step, const QualityView& view, double z_m,
+                                          std::size_t laser) const {
+    return [this, laser,
+            name = std::string(step) + ", " + view.name + " at " + length_text(z_m)](double share) {
+      if (how_.progress) how_.progress(name, (static_cast<double>(laser) + share) / count());
+    };
+  }
+
+  ImageList seen_by_lens(const QualityView& view, double z_m, std::size_t row) {
+    const double all =
+        count() * static_cast<double>(depths_m_.size() + (what_.views ? side_views.size() : 0));
+    ImageList seen;
+    for (std::size_t i = 0; i < plans_.size(); ++i) {
+      if (plans_.size() > 1) arrays_.show(plans_[i]);
+      const auto image = lens_picture(
+          device_, plans_[i], arrays_,
+          {z_m, window_m_, view.centre, view.aperture, what_.lens_points},
+          [&, show = progress_of("lens", view, z_m, i)](double share) {
+            show(share);
+            if (what_.lens_progress)
+              what_.lens_progress(
+                  count() * static_cast<double>(row) + static_cast<double>(i) + share, all);
+          });
+      seen.push_back(averaged(image, what_.square_px));
+    }
+    return seen;
+  }
+
+  Image look(const char* step, const QualityView& view, double z_m, std::size_t laser,
+             const FieldStack& field) const {
+    const ReconstructSpec spec{z_m, window_m_, view.centre, view.aperture};
+    return averaged(reconstruct(device_, how_.fft, field, scenes_[laser].hologram, spec,
+                                progress_of(step, view, z_m, laser)),
+                    what_.square_px);
+  }
+
+  /// What the levels of the first frames show, each laser with its power.
+  ImageList bright(ImageList light, int frames) const {
+    if (light.size() == 1) return light;
+    const auto& lasers = scenes_[0].colour.value().lasers;
+    std::vector<double> needs;
+    for (const auto& laser : rendered_.lasers) needs.push_back(laser_need(laser, frames));
+    const auto powers = laser_powers(lasers, needs);
+    for (std::size_t i = 0; i < light.size(); ++i)
+      light[i] = scaled(std::move(light[i]), powers[i] / lasers.white_powers[i]);
+    return light;
+  }
+
+  /// The picture of what each laser shows: its light, or of several their colours.
+  ImageList mixed(const ImageList& light) const {
+    if (light.size() == 1) return light;
+    const auto rgb =
+        picture_of_lasers(scenes_[0].colour.value().lasers, {light[0], light[1], light[2]});
+    return {rgb.channels.begin(), rgb.channels.end()};
+  }
+
+  const cl::Device& device_;
+  const std::vector<Scene>& scenes_;
+  const Rendered& rendered_;
+  std::vector<int> frame_counts_;
+  const RenderOptions& how_;
+  const QualitySpec& what_;
+  std::vector<Plan> plans_;
+  DeviceScene arrays_;
+  glm::dvec2 window_m_{0, 0};
+  std::vector<double> depths_m_;
+  std::vector<FieldStack> shown_;  // behind the SLM
+  std::vector<QualityResult> results_;
+};
+
+/// The first frames of all lasers, one after another.
+FieldStack first_frames(const Rendered& rendered) {
+  FieldStack all{0, 0, 0, {}};
+  for (const auto& laser : rendered.lasers) {
+    const auto& first = laser.field;
+    all.nx = first.nx;
+    all.ny = first.ny;
+    ++all.frames;
+    all.samples.insert(all.samples.end(), first.samples.begin(),
+                       first.samples.begin() + std::ptrdiff_t{1} * first.nx * first.ny);
+  }
+  return all;
+}
+
+ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
+  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
+                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
+                      {}};
+  sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
+  return sheet;
+}
+
+void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
+              const std::vector<std::uint8_t>& rgb) {
+  for (int y = 0; y < cell.y; ++y) {
+    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
+                             column * (cell.x + sheet_gap_px);
+    std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
+  }
+}
+
+}  // namespace
+
 double light_in_picture(const Image& lens, const Image& hologram) {
   const float least = *std::max_element(lens.pixels.begin(), lens.pixels.end()) / 100;
   int left = lens.width, right = -1, top = lens.height, bottom = -1;
@@ -59,303 +362,148 @@ double light_in_picture(const Image& lens, const Image& hologram) {
   return sum;
 }
 
-/// Mean of the hologram where the lens sees nothing, in units of the lens's brightest pixel.
-std::optional<double> haze_of(const Image& lens, const Image& hologram, double scale) {
-  const float brightest = *std::max_element(lens.pixels.begin(), lens.pixels.end());
-  double sum = 0, count = 0;
-  for (std::size_t i = 0; i < lens.pixels.size(); ++i) {
-    if (lens.pixels[i] > brightest / 1000) continue;
-    sum += hologram.pixels[i];
-    ++count;
-  }
-  if (count == 0 || brightest <= 0) return {};
-  return sum / count * scale / brightest;
-}
-
-/// Compares pictures of lens, levels and field. Each is blurred once, for the figures and for the
-/// sheet.
-QualityRow row_of(const QualityView& view, double z_m, const Image& lens, const Image& hologram,
-                  const Image& field, double blur_px, int border_px) {
-  QualityRow row;
-  row.view = view.name;
-  row.z_m = z_m;
-  const auto seen = blurred(lens, blur_px), shown = blurred(hologram, blur_px);
-  row.figures = compare_pictures(seen, shown, {0, border_px, {}});
-  row.field_figures = compare_pictures(seen, blurred(field, blur_px), {0, border_px, {}});
-  row.field_figures.difference = {};
-  row.light_share = light_in_picture(lens, hologram);
-  const auto inner = without_border(seen, border_px),
-             inner_shown = without_border(shown, border_px);
-  row.haze = haze_of(inner, inner_shown, row.figures.scale);
-  row.lens = small(inner);
-  row.hologram = scaled(small(inner_shown), row.figures.scale);
-  row.difference = small(row.figures.difference);
-  row.figures.difference = {};
-  return row;
-}
-
-FieldStack some_frames(const FieldStack& field, int first, int count) {
-  const auto start = field.samples.begin() + std::ptrdiff_t{first} * field.nx * field.ny;
-  return {field.nx, field.ny, count, {start, start + std::ptrdiff_t{count} * field.nx * field.ny}};
-}
-
-/// Updates the mean of `count` frames with the mean of `more_count` other frames.
-void average_in(Image& mean, int count, const Image& more, int more_count) {
-  if (count == 0) {
-    mean = more;
-    return;
-  }
-  const double share = static_cast<double>(more_count) / (count + more_count);
-  for (std::size_t i = 0; i < mean.pixels.size(); ++i)
-    mean.pixels[i] = static_cast<float>(mean.pixels[i] + share * (more.pixels[i] - mean.pixels[i]));
-}
-
-/// Squared correlation of two waves, mean of the first frames.
-double wanted_share(const JudgedHologram& hologram, int frames) {
-  const auto& [field, shown] = hologram;
-  const auto pixels = std::size_t{1} * field.nx * field.ny;
-  double sum = 0;
-  for (int frame = 0; frame < frames; ++frame) {
-    std::complex<double> product;
-    double wanted = 0;
-    for (std::size_t i = frame * pixels; i < (frame + 1) * pixels; ++i) {
-      const std::complex<double> u(field.samples[i]), v(shown.samples[i]);
-      product += u * std::conj(v);
-      wanted += std::norm(u);
-    }
-    // The light on the SLM is 1 per pixel.
-    if (wanted > 0) sum += std::norm(product) / (wanted * static_cast<double>(pixels));
-  }
-  return sum / frames;
-}
-
-}  // namespace
-
-ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
-  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
-                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
-                      {}};
-  sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
-  return sheet;
-}
-
-void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
-              const std::vector<std::uint8_t>& rgb) {
-  for (int y = 0; y < cell.y; ++y) {
-    const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
-                             column * (cell.x + sheet_gap_px);
-    std::copy_n(&rgb[std::size_t{3} * y * cell.x], 3 * cell.x, &sheet.rgb[3 * left]);
-  }
-}
-
-QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
-                     const QualitySpec& what) {
+QualityResult assess(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+                     const RenderOptions& how, const QualitySpec& what) {
   double seconds = 0;
-  auto rendered = timed(seconds, [&] { return render(device, scene, how); });
-  auto result = assess(device, scene, std::move(rendered), how, what);
+  auto rendered = timed(seconds, [&] { return render(device, scenes, world, how); });
+  LensPictures lens;
+  auto result = assess(device, scenes, world, std::move(rendered), how, what, lens);
   result.seconds["render"] = seconds;
   return result;
 }
 
-QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered,
-                     const RenderOptions& how, const QualitySpec& what) {
-  std::vector<Image> lens;
-  return assess(device, scene, build_world(scene), std::move(rendered), how, what, lens);
-}
-
-FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field) {
-  const auto& hologram = scene.hologram;
-  const auto panel = std::make_shared<const Panel>(scene.slm, hologram.resolution, hologram.pitch_m,
-                                                   hologram.wavelength_m);
-  Encoder encoder(device, panel);
-  return shown_field(*panel, encode(device, encoder, field));
-}
-
-QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
-                     RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
-                     std::vector<Image>& lens) {
-  // Fields of other programs come without levels.
-  const auto shown = rendered.panel ? shown_field(*rendered.panel, rendered.levels)
-                                    : shown_by_slm(device, scene, rendered.field);
-  auto result = std::move(assess_frames(device, scene, world, {rendered.field, shown},
-                                        {rendered.field.frames}, how, what, lens)
+QualityResult assess(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+                     Rendered rendered, const RenderOptions& how, const QualitySpec& what,
+                     LensPictures& lens) {
+  auto result = std::move(assess_frames(device, scenes, world, rendered,
+                                        {rendered.lasers.at(0).field.frames}, how, what, lens)
                               .front());
   result.render = std::move(rendered);
   if (what.against_points)
     result.against_points = timed(result.seconds["points"], [&] {
-      return compare_with_points(device, scene, world, result.render.field, how);
+      return compare_with_points(device, scenes, world, result.render, how);
     });
   return result;
 }
 
-std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
-                                         const World& world, const JudgedHologram& hologram,
+std::vector<QualityResult> assess_frames(const cl::Device& device, const std::vector<Scene>& scenes,
+                                         const World& world, const Rendered& rendered,
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
-                                         std::vector<Image>& lens) {
-  // The lens uses the plan of the WRP method, whatever the method of the hologram.
-  const auto plan = make_plan(scene, world);
-  const DeviceScene arrays(device, world, plan);
-  const auto window_m = what.window_m.value_or(glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
-  const auto depths_m = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
-
-  // Fields that all results share
-  QualityResult empty;
-  empty.picture_size = picture_size(window_m, plan.size, plan.pitch_m);
-  empty.blur_px =
-      what.blur_m.value_or(blur_of_resolution * scene.sampling.pitch_m) / plan.pitch_m.x;
-  empty.border_px = what.border_px;
-  std::vector<QualityResult> results(frame_counts.size(), empty);
-  for (std::size_t i = 0; i < results.size(); ++i)
-    results[i].wanted_share = wanted_share(hologram, frame_counts[i]);
-  const auto frame_pixels = static_cast<double>(plan.size.x) * plan.size.y;
-
-  // A row compares the hologram with the lens for one view and depth.
-  std::size_t row = 0;
-  const auto add_row = [&](const QualityView& view, double z_m) {
-    const auto progress_of = [&](const char* step) {
-      return [&how, name = std::string(step) + ", " + view.name + " at " +
-                           length_text(z_m)](double share) {
-        if (how.progress) how.progress(name, share);
-      };
-    };
-    // Pictures of the lens that an earlier call made are reused.
-    if (row == lens.size()) {
-      const auto seen = timed(results.front().seconds["lens"], [&] {
-        return lens_picture(device, plan, arrays,
-                            {z_m, window_m, view.centre, view.aperture, what.lens_points},
-                            [&, show = progress_of("lens")](double share) {
-                              show(share);
-                              if (what.lens_progress)
-                                what.lens_progress(static_cast<double>(row) + share,
-                                                   static_cast<double>(rows_of(depths_m, what)));
-                            });
-      });
-      lens.push_back(averaged(seen, what.square_px));
-    }
-    // Each result adds frames to the mean pictures of the result before.
-    Image shown, shown_by_field;
-    int frames = 0;
-    for (std::size_t i = 0; i < results.size(); ++i) {
-      const int more_frames = frame_counts[i] - frames;
-      const auto look = [&](const FieldStack& all) {
-        ReconstructSpec spec;
-        spec.z_m = z_m;
-        spec.window_m = window_m;
-        spec.view = view.centre;
-        spec.aperture = view.aperture;
-        const auto picture = [&](const FieldStack& at) {
-          return reconstruct(device, how.fft, at, scene.hologram, spec, progress_of("hologram"));
-        };
-        return averaged(more_frames == all.frames ? picture(all)
-                                                  : picture(some_frames(all, frames, more_frames)),
-                        what.square_px);
-      };
-      timed(results[i].seconds["reconstruct"], [&] {
-        average_in(shown, frames, look(hologram.shown), more_frames);
-        average_in(shown_by_field, frames, look(hologram.field), more_frames);
-        return 0;
-      });
-      frames = frame_counts[i];
-      auto& done = results[i].rows.emplace_back(row_of(view, z_m, lens[row], shown, shown_by_field,
-                                                       empty.blur_px / what.square_px,
-                                                       what.border_px / what.square_px));
-      done.light_share *= what.square_px * what.square_px / frame_pixels;
-    }
-    ++row;
-  };
-  for (const double z_m : depths_m) add_row(whole_view, z_m);
-  if (what.views) {
-    for (const auto& view : side_views) add_row(view, depths_m.front());
-  }
-  return results;
+                                         LensPictures& lens) {
+  return Judge(device, scenes, world, rendered, frame_counts, how, what).judge(lens);
 }
 
-FieldComparison compare_with_points(const cl::Device& device, const Scene& scene,
-                                    const World& world, const FieldStack& field,
+FieldComparison compare_with_points(const cl::Device& device, const std::vector<Scene>& scenes,
+                                    const World& world, const Rendered& rendered,
                                     const RenderOptions& how) {
-  auto one_frame = scene;
-  one_frame.sampling.frames = 1;
+  auto one_frame = scenes;
+  for (auto& scene : one_frame) scene.sampling.frames = 1;
   auto by_points = how;
   by_points.method = Method::points;
   by_points.keep_wrps = false;
   by_points.keep_field = true;
   by_points.planned = nullptr;  // it was said of the holograms
-  return compare_fields(render(device, one_frame, world, by_points).field,
-                        some_frames(field, 0, 1));
+  return compare_fields(first_frames(render(device, one_frame, world, by_points)),
+                        first_frames(rendered));
 }
 
-ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px, double* white) {
+std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& lasers,
+                                            std::map<std::string, double> RenderResult::*seconds) {
+  std::map<std::string, double> sums;
+  for (const auto& laser : lasers)
+    for (const auto& [stage, of_laser] : laser.*seconds) sums[stage] += of_laser;
+  return sums;
+}
+
+ColourPicture picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px,
+                            int free_columns, double* white) {
   // All pictures form one tall image, so that they share an exposure.
-  Image all;
+  RgbPicture all;
   std::size_t columns = 0;
   for (const auto& row : rows) {
     columns = std::max(columns, row.size());
     for (const auto& picture : row) {
-      const auto cell = small(picture, cell_px);
-      all.width = cell.width;
-      all.height += cell.height;
-      all.pixels.insert(all.pixels.end(), cell.pixels.begin(), cell.pixels.end());
+      const auto rgb = rgb_of(picture);
+      for (std::size_t c = 0; c < 3; ++c) {
+        const auto cell = small(rgb.channels[c], cell_px);
+        auto& channel = all.channels[c];
+        channel.width = cell.width;
+        channel.height += cell.height;
+        channel.pixels.insert(channel.pixels.end(), cell.pixels.begin(), cell.pixels.end());
+      }
     }
   }
-  const auto grey = expose(all, 99.5, white);
+  const double shown_white = white_of(all, 99.5);
+  if (white) *white = shown_white;
+  const auto exposed = expose_to(all, shown_white);
 
   // The cells are arranged in rows and columns.
-  const int height = all.height / static_cast<int>(rows.size() * columns);
-  ColourPicture sheet =
-      empty_sheet(static_cast<int>(columns), static_cast<int>(rows.size()), {all.width, height});
-  for (std::size_t cell = 0; cell < rows.size() * columns; ++cell) {
-    const auto first = grey.begin() + static_cast<std::ptrdiff_t>(cell) * all.width * height;
-    std::vector<std::uint8_t> rgb;
-    for (auto pixel = first; pixel != first + std::ptrdiff_t{all.width} * height; ++pixel)
-      rgb.insert(rgb.end(), 3, *pixel);
-    put_cell(sheet, static_cast<int>(cell % columns), static_cast<int>(cell / columns),
-             {all.width, height}, rgb);
+  const auto cells = rows.size() * columns;
+  const glm::ivec2 size(all.width(), all.height() / static_cast<int>(cells));
+  auto sheet =
+      empty_sheet(static_cast<int>(columns) + free_columns, static_cast<int>(rows.size()), size);
+  const auto bytes = std::ptrdiff_t{3} * size.x * size.y;
+  for (std::size_t cell = 0; cell < cells; ++cell) {
+    const auto first = exposed.begin() + static_cast<std::ptrdiff_t>(cell) * bytes;
+    put_cell(sheet, static_cast<int>(cell % columns), static_cast<int>(cell / columns), size,
+             {first, first + bytes});
   }
   return sheet;
 }
 
 ColourPicture contact_sheet(const QualityResult& result) {
-  std::vector<std::vector<Image>> pictures;
+  std::vector<std::vector<ImageList>> pictures;
   for (const auto& row : result.rows) pictures.push_back({row.lens, row.hologram});
   double white = 0;
-  const auto grey = grey_sheet(pictures, sheet_cell_px, &white);
-
-  const glm::ivec2 cell(result.rows.at(0).lens.width, result.rows.at(0).lens.height);
-  const int count = static_cast<int>(result.rows.size());
-  auto sheet = empty_sheet(3, count, cell);
-  for (int y = 0; y < sheet.height; ++y)
-    std::copy_n(&grey.rgb[std::size_t{3} * y * grey.width], 3 * grey.width,
-                &sheet.rgb[std::size_t{3} * y * sheet.width]);
-  for (int row = 0; row < count; ++row)
-    put_cell(sheet, 2, row, cell,
-             diverging_colours(result.rows[row].difference, sheet_full_difference * white));
+  auto sheet = picture_sheet(pictures, sheet_cell_px, 1, &white);
+  // Differences in colour are of values as a screen shows them, 0 to 1.
+  if (pictures[0][0].size() > 1) white = 1;
+  for (std::size_t row = 0; row < result.rows.size(); ++row) {
+    const auto& difference = result.rows[row].difference;
+    put_cell(sheet, 2, static_cast<int>(row), {difference.width, difference.height},
+             diverging_colours(difference, sheet_full_difference * white));
+  }
   return sheet;
 }
 
-Json quality_json(const Scene& scene, const QualityResult& result, const cl::DeviceInfo& device,
-                  const RenderOptions& how, const QualitySpec& what) {
+Json delta_e_json(const ColourComparison& figures) {
+  return {{"mean", figures.mean},
+          {"median", figures.median},
+          {"percentile_95", figures.most_of_95},
+          {"largest", figures.most}};
+}
+
+Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
+                  const cl::DeviceInfo& device, const RenderOptions& how, const QualitySpec& what) {
   constexpr const char* methods[] = {"wrp", "points", "rays"};
+  const auto& first = result.render.lasers.at(0);
+  const bool is_colour = scenes.size() > 1;
   Json json{{"method", methods[static_cast<int>(how.method)]},
             {"picture_size", {result.picture_size.x, result.picture_size.y}},
-            {"frames", result.render.field.frames},
-            {"encoding", name_of(result.render.plan.slm.encoding)},
+            {"frames", first.field.frames},
+            {"encoding", name_of(first.plan.slm.encoding)},
+            {"domain", name_of(is_colour ? Domain::srgb : Domain::intensity)},
             {"wanted_share", result.wanted_share},
             {"blur_px", result.blur_px},
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
+  const auto json_of = [&](const ColourComparison& figures) {
+    Json told{{"psnr_db", figures.luminance.psnr_db}, {"ssim", figures.luminance.ssim}};
+    if (is_colour) told["delta_e_2000"] = delta_e_json(figures);
+    return told;
+  };
   for (const auto& row : result.rows) {
-    json["rows"].push_back(
-        {{"z_m", row.z_m},
-         {"view", row.view},
-         {"psnr_db", row.figures.psnr_db},
-         {"ssim", row.figures.ssim},
-         {"scale", row.figures.scale},
-         {"light_share", row.light_share},
-         {"haze", row.haze ? Json(*row.haze) : Json()},
-         {"field", {{"psnr_db", row.field_figures.psnr_db}, {"ssim", row.field_figures.ssim}}},
-         {"speckle_contrast",
-          {{"lens", row.figures.contrast_a}, {"hologram", row.figures.contrast_b}}}});
+    Json told{{"z_m", row.z_m}, {"view", row.view}};
+    told.update(json_of(row.figures));
+    told.update({{"scale", row.figures.scale},
+                 {"light_share", row.light_share},
+                 {"haze", row.haze ? Json(*row.haze) : Json()},
+                 {"field", json_of(row.field_figures)},
+                 {"speckle_contrast",
+                  {{"lens", row.figures.luminance.contrast_a},
+                   {"hologram", row.figures.luminance.contrast_b}}}});
+    json["rows"].push_back(std::move(told));
   }
   if (result.against_points) {
     json["against_points"] = {{"correlation", result.against_points->correlation},
@@ -364,7 +512,8 @@ Json quality_json(const Scene& scene, const QualityResult& result, const cl::Dev
                               {"energy_ratio", result.against_points->energy_ratio}};
   }
   json["seconds"] = result.seconds;
-  json["render"] = render_report_json(scene, result.render, device, how.fft);
+  json["render"] =
+      report_json(scenes, result.render, std::vector<LaserFiles>(scenes.size()), device, how.fft);
   return json;
 }
 

@@ -3,7 +3,8 @@
 /// its parts, compared with the pictures of an ideal lens.
 ///
 /// Levels are judged, as they are sent to the SLM, behind its optics (host/encode/shown.hpp). The
-/// complex field, which no SLM shows, stands beside them.
+/// complex field, which no SLM shows, stands beside them. Holograms of several lasers are judged by
+/// the picture that they show in turn, in sRGB.
 #pragma once
 
 #include <array>
@@ -18,7 +19,7 @@
 
 #include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
-#include "host/view/compare.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave {
 
@@ -27,7 +28,8 @@ struct QualitySpec {
   std::vector<double> depths_m;
   // At the first depth also through four quarters of the hologram: left, right, top, bottom
   bool views = true;
-  // Size of the pictures around the axis; empty: the hologram's times the grid of WRPs
+  // Size of the pictures around the axis; empty: the hologram's times the grid of WRPs, the largest
+  // of all lasers
   std::optional<glm::dvec2> window_m;
   // Standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
   std::optional<double> blur_m;
@@ -35,7 +37,7 @@ struct QualitySpec {
   // Pictures are averaged over squares of so many pixels before the blur: faster
   int square_px = 1;
   int lens_points = 24;  // per axis, of the lens that rays start from
-  // Also compare the first frame's field with that of Method::points
+  // Also compare the first frame's fields with those of Method::points
   bool against_points = false;
   // Called with the number of the lens's pictures that are seen, the share of the one at work
   // included, and that of all, when given
@@ -54,81 +56,78 @@ inline const std::array<QualityView, 4> side_views{{{"left", {-0.5, 0}, {0.5, 0.
                                                     {"bottom", {0, -0.5}, {0.5, 0.5}}}};
 
 /// One depth and view. In `figures`, picture A is the lens and picture B the hologram. Pictures are
-/// blurred, without the border, and made smaller for the contact sheet.
+/// blurred, without the border, and made smaller for the contact sheet; they have one channel, or
+/// of several lasers linear red, green and blue.
 struct QualityRow {
   std::string view;  // "whole", "left", "right", "top" or "bottom"
   double z_m = 0;
-  PictureComparison figures;        // of the levels
-  PictureComparison field_figures;  // of the complex field
+  // Of the levels, each laser with its power, and of the complex fields. Of one laser, `luminance`
+  // is of its intensities, and there are no colours to differ; of several, it is in the domain of
+  // sRGB
+  ColourComparison figures, field_figures;
   // Share of the light on the SLM that falls into the picture: the rectangle around what the lens
-  // sees brighter than a hundredth of its brightest
+  // sees brighter than a hundredth of its brightest; mean of the lasers
   double light_share = 0;
   // Mean of the hologram where the lens sees less than a thousandth of its brightest, in units of
-  // that; empty where there are no such pixels
+  // that, of luminances; empty where there are no such pixels
   std::optional<double> haze;
-  Image lens, hologram, difference;  // radiance; hologram times scale; hologram less lens
+  std::vector<Image> lens, hologram;  // radiance; hologram times scale
+  Image difference;                   // hologram less lens, in the domain of the figures
 };
 
-/// A hologram in the two ways it is judged, on the host; both have the same frames.
-struct JudgedHologram {
-  const FieldStack& field;  // complex, as computed
-  const FieldStack& shown;  // light behind the SLM (shown_field)
-};
-
-/// Rows of the results.
-inline std::size_t rows_of(const std::vector<double>& depths_m, const QualitySpec& what) {
-  return depths_m.size() + (what.views ? side_views.size() : 0);
-}
-
-/// What the scene's SLM shows of a field.
-FieldStack shown_by_slm(const cl::Device& device, const Scene& scene, const FieldStack& field);
+/// Pictures of the lens, one for each row and laser, that several holograms of one scene share:
+/// filled when empty, otherwise used as given.
+using LensPictures = std::vector<std::vector<Image>>;
 
 struct QualityResult {
-  RenderResult render;
+  Rendered render;
   glm::ivec2 picture_size{0, 0};  // pixels on the hologram's pitch, with the border
   double blur_px = 0;
   int border_px = 0;
   std::vector<QualityRow> rows;  // depths in the order given, then views
   // Share of the SLM's light in the wave that was wanted: squared correlation of the light behind
-  // the SLM with the field, mean of the frames
+  // the SLM with the field, mean of frames and lasers
   double wanted_share = 0;
   std::optional<FieldComparison> against_points;
   std::map<std::string, double> seconds;  // render, reconstruct, lens, points
 };
 
-/// Renders the scene, reconstructs what the SLM shows (intensity averaged over frames) and compares
-/// it with lens_picture. A common factor of the brightness does not count.
+/// Renders the scenes of all lasers, reconstructs what the SLM shows (intensity averaged over
+/// frames) and compares it with lens_picture. A common factor of the brightness does not count.
 ///
 /// how     of the rendering; its progress is called for all steps
 /// throws  InputError for the scene or impossible pictures, DeviceError for the device
-QualityResult assess(const cl::Device& device, const Scene& scene, const RenderOptions& how,
-                     const QualitySpec& what = {});
+QualityResult assess(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+                     const RenderOptions& how = {}, const QualitySpec& what = {});
 
-/// Assesses a hologram that was rendered before, against the scene that it should show.
-QualityResult assess(const cl::Device& device, const Scene& scene, RenderResult rendered,
-                     const RenderOptions& how, const QualitySpec& what = {});
+/// Assesses holograms that were rendered before, with their fields, against the scenes that they
+/// should show.
+QualityResult assess(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+                     Rendered rendered, const RenderOptions& how, const QualitySpec& what,
+                     LensPictures& lens);
 
-/// Assesses a hologram with a world that exists already.
-///
-/// lens  pictures of the lens, one for each row: filled when empty, otherwise used as given, so
-///       that several holograms of one scene share them
-QualityResult assess(const cl::Device& device, const Scene& scene, const World& world,
-                     RenderResult rendered, const RenderOptions& how, const QualitySpec& what,
-                     std::vector<Image>& lens);
-
-/// Assesses the first n frames of a hologram for every n of `frame_counts`, in ascending order.
+/// Assesses the first n frames of the holograms for every n of `frame_counts`, in ascending order.
 /// Every frame is reconstructed once. Each result lacks `render`, and its seconds are those spent
 /// since the result before it.
-std::vector<QualityResult> assess_frames(const cl::Device& device, const Scene& scene,
-                                         const World& world, const JudgedHologram& hologram,
+std::vector<QualityResult> assess_frames(const cl::Device& device, const std::vector<Scene>& scenes,
+                                         const World& world, const Rendered& rendered,
                                          const std::vector<int>& frame_counts,
                                          const RenderOptions& how, const QualitySpec& what,
-                                         std::vector<Image>& lens);
+                                         LensPictures& lens);
 
-/// Compares the first frame's field of a hologram with that of Method::points.
-FieldComparison compare_with_points(const cl::Device& device, const Scene& scene,
-                                    const World& world, const FieldStack& field,
+/// Compares the first frame's fields of holograms with those of Method::points; means of the
+/// lasers.
+FieldComparison compare_with_points(const cl::Device& device, const std::vector<Scene>& scenes,
+                                    const World& world, const Rendered& rendered,
                                     const RenderOptions& how);
+
+/// Light of the hologram's picture in the rectangle around what the lens sees brighter than a
+/// hundredth of its brightest.
+double light_in_picture(const Image& lens, const Image& hologram);
+
+/// Seconds of each stage, wall or processor, of all lasers together.
+std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& lasers,
+                                            std::map<std::string, double> RenderResult::*seconds);
 
 /// 8-bit RGB, interleaved.
 struct ColourPicture {
@@ -141,25 +140,26 @@ constexpr int sheet_cell_px = 640;
 constexpr int sheet_gap_px = 4;  // grey, between cells
 constexpr double sheet_full_difference = 0.25;
 
-/// Grey, with room for cells of one size.
-ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell);
-/// Puts a picture of the cell's size into a sheet.
-void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
-              const std::vector<std::uint8_t>& rgb);
-
-/// Cells by row and column, all of one size, with grey between them; sRGB, with one exposure for
+/// Pictures by row and column, all of one size, with grey between them; sRGB, with one exposure for
 /// all: 99.5 % of the pixels stay below white. Pictures wider than `cell_px` are averaged over
 /// squares of whole pixels.
-ColourPicture grey_sheet(const std::vector<std::vector<Image>>& rows, int cell_px = sheet_cell_px,
-                         double* white = nullptr);
+///
+/// rows          each picture has one channel, or linear red, green and blue
+/// free_columns  left grey, on the right
+ColourPicture picture_sheet(const std::vector<std::vector<std::vector<Image>>>& rows,
+                            int cell_px = sheet_cell_px, int free_columns = 0,
+                            double* white = nullptr);
 
 /// Rows as in the result; columns: lens, hologram, difference. One exposure serves all rows: 99.5 %
 /// of the pixels of lens and hologram stay below white. The difference is red where the hologram is
 /// brighter, blue where it is darker, full at sheet_full_difference of white.
 ColourPicture contact_sheet(const QualityResult& result);
 
-/// All figures as JSON, with render_report_json as "render".
-nlohmann::ordered_json quality_json(const Scene& scene, const QualityResult& result,
+/// The Delta E of all pixels.
+nlohmann::ordered_json delta_e_json(const ColourComparison& figures);
+
+/// All figures as JSON, with report_json as "render".
+nlohmann::ordered_json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
                                     const cl::DeviceInfo& device, const RenderOptions& how,
                                     const QualitySpec& what);
 

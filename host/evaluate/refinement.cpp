@@ -3,10 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
 
@@ -14,21 +15,6 @@ namespace raywave {
 namespace {
 
 using Json = nlohmann::ordered_json;
-
-Region bright_part(const Image& picture) {
-  const float peak = *std::max_element(picture.pixels.begin(), picture.pixels.end());
-  int left = picture.width, right = 0, top = picture.height, bottom = 0;
-  for (int y = 0; y < picture.height; ++y) {
-    for (int x = 0; x < picture.width; ++x) {
-      if (!(picture.pixels[std::size_t{1} * y * picture.width + x] > 0.01f * peak)) continue;
-      left = std::min(left, x);
-      right = std::max(right, x + 1);
-      top = std::min(top, y);
-      bottom = std::max(bottom, y + 1);
-    }
-  }
-  return {left, top, std::max(0, right - left), std::max(0, bottom - top)};
-}
 
 /// Pixels whose surroundings, 9 x 9 pixels, are bright and even to 3 % of the peak.
 std::vector<bool> even_part(const Image& picture) {
@@ -79,21 +65,6 @@ double contrast(const Image& shown, const Image& seen, const std::vector<bool>& 
   return std::sqrt(std::max(squares / count - mean * mean, 0.0)) / mean;
 }
 
-double light_in(const Image& picture, const Region& part) {
-  double sum = 0;
-  for (int y = part.y; y < part.y + part.height; ++y) {
-    for (int x = part.x; x < part.x + part.width; ++x)
-      sum += picture.pixels[std::size_t{1} * y * picture.width + x];
-  }
-  return sum;
-}
-
-double light_of(const FieldStack& field) {
-  double sum = 0;
-  for (const auto& sample : field.samples) sum += std::norm(std::complex<double>(sample));
-  return sum / field.frames;
-}
-
 const char* text_of(KeyRole role) {
   return role == KeyRole::optimised ? "optimised" : role == KeyRole::held_out ? "held out" : "view";
 }
@@ -127,7 +98,6 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
     const auto size = picture_size(spec.window_m, hologram.resolution, hologram.pitch_m);
     const auto seen =
         averaged(refinement::blurred_picture(key, blur_m, size, hologram.pitch_m), square_px);
-    const auto part = bright_part(seen);
     const auto even = even_part(seen);
     const bool any_even = std::find(even.begin(), even.end(), true) != even.end();
     RefinementRow row{judged.role, key.z_m, key.view, key.aperture, {}};
@@ -139,7 +109,9 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
       const auto shown = blurred(sharp, blur_px);
       psnr_db = compare_pictures(seen, shown, {0, border_px / square_px, {}}).psnr_db;
       if (&key == amid) {
-        share = light_in(sharp, part) * square_px * square_px / light_of(holograms.*which);
+        const auto& field = holograms.*which;
+        share = light_in_picture(seen, sharp) * square_px * square_px /
+                (mean_light_of(field) * field.nx * field.ny);
         if (any_even) c = contrast(shown, seen, even);
       }
       if (progress) progress((done += 1.0 / 3) / static_cast<double>(keys.size()));
@@ -158,40 +130,31 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
 
 std::string refinement_text(const RefinementFigures& figures, const RefineFigures& loop) {
   std::string text;
-  char line[160];
-  const auto add = [&](const char* what, const char* where, const char* format, const Gain& gain) {
-    std::snprintf(line, sizeof line, "%-10s  %-28s", what, where);
-    text += line;
-    for (const double value : {gain.field, gain.unrefined, gain.refined}) {
-      std::snprintf(line, sizeof line, format, value);
-      text += line;
-    }
+  const auto add = [&](const char* what, const std::string& where, const char* how,
+                       const Gain& gain) {
+    text += format("%-10s  %-28s", what, where.c_str());
+    for (const double value : {gain.field, gain.unrefined, gain.refined})
+      text += format(how, value);
     text += "\n";
   };
-  if (!figures.rows.empty()) {
-    std::snprintf(line, sizeof line, "%-10s  %-28s%10s%10s%10s\n", "PSNR, dB", "depth", "field",
-                  "unrefined", "refined");
-    text += line;
-  }
+  if (!figures.rows.empty())
+    text +=
+        format("%-10s  %-28s%10s%10s%10s\n", "PSNR, dB", "depth", "field", "unrefined", "refined");
   for (const auto& row : figures.rows) {
     std::string where = length_text(row.z_m);
-    if (row.aperture != glm::dvec2(1, 1)) {
-      std::snprintf(line, sizeof line, ", from %g,%g", std::round(row.view.x * 100) / 100,
-                    std::round(row.view.y * 100) / 100);
-      where += line;
-    }
-    add(text_of(row.role), where.c_str(), "%10.1f", row.psnr_db);
+    if (row.aperture != glm::dvec2(1, 1))
+      where += format(", from %g,%g", std::round(row.view.x * 100) / 100,
+                      std::round(row.view.y * 100) / 100);
+    add(text_of(row.role), where, "%10.1f", row.psnr_db);
   }
   if (!figures.rows.empty()) add("light", "in the picture", "%10.2f", figures.light);
   if (figures.contrast) add("speckle", "contrast after the blur", "%10.3f", *figures.contrast);
-  std::snprintf(
-      line, sizeof line,
-      "%d iterations and %.0f transforms a frame in %.2f s, prepared in %.2f s%s\n",
-      loop.iterations, loop.transforms, loop.loop_s, loop.prepare_s,
-      loop.exact_keys
-          ? (", " + std::to_string(loop.exact_keys) + " pictures by exact propagation").c_str()
-          : "");
-  return text + line;
+  const auto exact = loop.exact_keys
+                         ? ", " + std::to_string(loop.exact_keys) + " pictures by exact propagation"
+                         : "";
+  return text +
+         format("%d iterations and %.0f transforms a frame in %.2f s, prepared in %.2f s%s\n",
+                loop.iterations, loop.transforms, loop.loop_s, loop.prepare_s, exact.c_str());
 }
 
 Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop) {

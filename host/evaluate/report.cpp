@@ -3,11 +3,15 @@
 
 #include <sys/resource.h>
 
+#include <algorithm>
+#include <cmath>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <stdexcept>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/slm_json.hpp"
@@ -22,6 +26,17 @@ std::uint64_t host_peak_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
   return static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+}
+
+/// Light, over that of white, that a laser would have to take away for some colour of sRGB.
+double most_negative(const LaserSet& lasers, std::size_t laser) {
+  const auto row = lasers.row(laser);
+  return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
+}
+
+[[noreturn]] void refuse_damaged(const std::filesystem::path& report,
+                                 const nlohmann::json::exception& error) {
+  throw InputError(one_line(report.string()) + ": not a report of raywave: " + json_reason(error));
 }
 
 }  // namespace
@@ -53,6 +68,125 @@ Json render_report_json(const Scene& scene, const RenderResult& result,
   return j;
 }
 
+Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
+                 const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                 cl::FftBackend fft) {
+  if (scenes.size() == 1) return render_report_json(scenes[0], result.lasers[0], device, fft);
+  Json j{{"raywave", version}};
+  j["colour"] = colour_json(scenes.at(0).colour.value());
+  const double share = 1.0 / static_cast<double>(scenes.size());
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    auto& laser = j["colour"]["lasers"][i];
+    laser["power"] = result.powers[i];
+    laser["duty"] = share;
+    laser["mean_irradiance"] = result.energies[i];
+    laser["pictures"] = files[i].pictures;
+    if (!files[i].field.empty()) laser["field"] = files[i].field;
+    if (!files[i].refined.empty()) laser["refined"] = files[i].refined;
+    laser["report"] = render_report_json(scenes[i], result.lasers[i], device, fft);
+  }
+  return j;
+}
+
+Json colour_json(const ColourSpec& colour) {
+  Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
+  for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
+    const auto row = colour.lasers.row(i);
+    j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
+                           {"white_power", colour.lasers.white_powers[i]},
+                           {"from_rgb", {row.x, row.y, row.z}},
+                           {"most_clipped", most_negative(colour.lasers, i)}});
+  }
+  return j;
+}
+
+std::string laser_suffix(double wavelength_m, std::size_t lasers) {
+  return lasers > 1 ? "_" + laser_name(wavelength_m) : "";
+}
+
+LaserFiles files_of_laser(const RenderResult& laser, const std::string& suffix, bool keeps_field,
+                          bool keeps_refined) {
+  LaserFiles files;
+  for (int frame = 0; frame < laser.plan.frames; ++frame)
+    files.pictures.push_back("hologram" + suffix +
+                             (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
+  if (keeps_field) files.field = "field" + suffix + ".npy";
+  if (keeps_refined && laser.refined) files.refined = "refined" + suffix + ".npy";
+  return files;
+}
+
+std::string sides_text(glm::dvec2 half_m) {
+  return number_text(std::round(half_m.x * 2e4) / 10) + " x " +
+         number_text(std::round(half_m.y * 2e4) / 10) + " mm";
+}
+
+glm::dvec2 field_m(const HologramSpec& hologram, double wavelength_m, double z_m) {
+  glm::dvec2 field;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = std::min(0.999, wavelength_m / (2 * hologram.pitch_m[axis])),
+                 half_m = hologram.resolution[axis] * hologram.pitch_m[axis] / 2;
+    field[axis] = std::max(0.0, std::abs(z_m) * sine / std::sqrt(1 - sine * sine) - half_m);
+  }
+  return field;
+}
+
+std::string colour_warning(const std::vector<Scene>& scenes, const World& world) {
+  if (scenes.size() == 1) return {};
+  const auto& lasers = scenes.at(0).colour.value().lasers;
+  if (!scenes[0].slm.illumination.is_plane()) return {};  // fields are of plane light
+  const auto ends = std::minmax_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  const double shortest_m = *ends.first, longest_m = *ends.second;
+  const auto& hologram = scenes[0].hologram;
+  const double middle_m = (world.min_m.z + world.max_m.z) / 2;
+  const auto positions = positions_now(world);
+  const bool is_within = std::all_of(positions.begin(), positions.end(), [&](glm::dvec3 at_m) {
+    const auto field = field_m(hologram, shortest_m, at_m.z);
+    return std::abs(at_m.x) <= field.x && std::abs(at_m.y) <= field.y;
+  });
+  if (is_within) return {};
+  return "the scene reaches beyond " + sides_text(field_m(hologram, shortest_m, middle_m)) +
+         " (at " + length_text(middle_m) +
+         "), from where on parts of the hologram show no light of " + length_text(shortest_m) +
+         ", and edges turn to the colour of " + length_text(longest_m) +
+         "; keep it within, move it away, or give a smaller hologram.pitch";
+}
+
+std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report) {
+  std::ifstream in(report);
+  if (!in) throw InputError(one_line(report.string()) + ": cannot be read");
+  try {
+    const auto json = Json::parse(in);
+    if (!json.contains("colour")) return {};
+    if (json.contains("animation"))
+      throw InputError(one_line(report.string()) +
+                       ": is of an animation; give the hologram of one laser, such as "
+                       "frame_00012_520nm.png, or see preview.mp4 for pictures in colour");
+    const auto& all = json.at("colour").at("lasers");
+    ReportedLasers found;
+    std::array<double, 3> wavelengths_m{};
+    for (std::size_t i = 0; i < 3; ++i) {
+      const auto& laser = all.at(i);
+      wavelengths_m[i] = laser.at("wavelength_m");
+      found.powers[i] = laser.at("power");
+      if (laser.at("report").contains("format")) {  // of encode
+        const auto format = picture_format_of(laser["report"]["format"].get<std::string>());
+        if (!is_read_again(format))
+          throw InputError(one_line(report.string()) + ": its pictures have the format " +
+                           name_of(format) + ", which is not read again; encode with --format png");
+      }
+      found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
+      found.files[i].field = laser.value("field", "");
+      found.files[i].refined = laser.value("refined", "");
+    }
+    found.lasers = laser_set(wavelengths_m);
+    return found;
+  } catch (const nlohmann::json::exception& error) {
+    refuse_damaged(report, error);
+  } catch (const std::invalid_argument&) {
+    throw InputError(one_line(report.string()) + ": its lasers mix no white");
+  }
+}
+
 ViewerSpec viewer_of_report(const std::filesystem::path& report,
                             const std::filesystem::path& file) {
   ViewerSpec viewer;
@@ -64,8 +198,7 @@ ViewerSpec viewer_of_report(const std::filesystem::path& report,
     viewer.eyepiece_m = scene.at("viewer").at("eyepiece_m").get<double>();
     viewer.eyepiece_distance_m = scene.at("viewer").at("eyepiece_distance_m").get<double>();
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(one_line(report.string()) +
-                     ": not a report of raywave: " + json_reason(error));
+    refuse_damaged(report, error);
   }
   return viewer;
 }
@@ -87,8 +220,7 @@ HologramSpec hologram_of_report(const std::filesystem::path& report,
       throw InputError(one_line(report.string()) + ": pitch and wavelength must be > 0");
     return spec;
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(one_line(report.string()) +
-                     ": not a report of raywave: " + json_reason(error));
+    refuse_damaged(report, error);
   }
 }
 

@@ -18,15 +18,6 @@ glm::dvec3 colour_at(const RgbPicture& picture, std::size_t pixel) {
           double{picture.channels[2].pixels[pixel]}};
 }
 
-/// Y of each pixel, >= 0.
-Image luminance_of(const RgbPicture& picture) {
-  const auto xyz = xyz_from_srgb();
-  Image image{picture.width(), picture.height(), {}};
-  for (std::size_t i = 0; i < picture.channels[0].pixels.size(); ++i)
-    image.pixels.push_back(static_cast<float>(std::max(0.0, (xyz * colour_at(picture, i)).y)));
-  return image;
-}
-
 RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
   RgbPicture result;
   for (std::size_t c = 0; c < 3; ++c)
@@ -35,6 +26,14 @@ RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
 }
 
 }  // namespace
+
+Image luminance_of(const RgbPicture& picture) {
+  const auto xyz = xyz_from_srgb();
+  Image image{picture.width(), picture.height(), {}};
+  for (std::size_t i = 0; i < picture.channels[0].pixels.size(); ++i)
+    image.pixels.push_back(static_cast<float>(std::max(0.0, (xyz * colour_at(picture, i)).y)));
+  return image;
+}
 
 RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light) {
   RgbPicture picture;

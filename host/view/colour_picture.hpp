@@ -28,6 +28,9 @@ struct RgbPicture {
 /// light  of each laser, as pictures of one size, in the unit that is 1 for all where it is white
 RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light);
 
+/// Y of each pixel, >= 0.
+Image luminance_of(const RgbPicture& picture);
+
 /// The value that `percentile` (0..100) of the pixels' largest channels stay at or below; the
 /// largest of all where that is not > 0.
 double white_of(const RgbPicture& picture, double percentile);

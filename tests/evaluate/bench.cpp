@@ -30,7 +30,7 @@ BenchCase small_case(const test::Desk& desk) {
   BenchCase c;
   c.group = "test";
   c.name = "a square";
-  c.scene = load_scene(desk.file("scene.toml"));
+  c.scenes = {load_scene(desk.file("scene.toml"))};
   c.target = {20, 60};
   return c;
 }
@@ -76,11 +76,43 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a frame of several lasers is that of all, and its quality that of the colour picture") {
+  const test::Desk desk;
+  for (const auto& device : test::all_devices()) {
+    Bench bench(device.info(), brief(device));
+    const auto alone = bench.run(small_case(desk));
+    auto c = small_case(desk);
+    c.scenes = load_scenes(desk.file("scene.toml"),
+                           {"hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]"});
+    const auto row = bench.run(c);
+    INFO(device.info().name << ": " << row.note);
+    REQUIRE(row.frames.size() == 3);
+    for (const auto& frame : row.frames) {
+      double sum = 0;
+      for (const auto& stage : frame.stages_s) sum += stage.second;
+      CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
+    }
+    CHECK(row.holograms() == 3);
+    CHECK_THAT(row.per_second(), WithinRel(3 / row.wall_s().median, 1e-9));
+    CHECK(row.samples == 3 * alone.samples);
+    CHECK(row.work.at("encode").bytes == 3 * alone.work.at("encode").bytes);
+    QualitySpec what;
+    what.depths_m = {10e-3};
+    what.views = false;
+    what.lens_points = 3;
+    RenderOptions how;
+    how.fft = bench.options().fft;
+    const auto seen = assess(device, c.scenes, build_world(c.scenes[0]), how, what);
+    REQUIRE(row.quality);
+    CHECK_THAT(row.quality->psnr_db, WithinRel(seen.rows.at(0).figures.luminance.psnr_db, 1e-6));
+  }
+}
+
 TEST_CASE("meshes that no file holds are measured, and they move in every frame") {
   const test::Desk desk;
   const auto device = test::all_devices().front();
   auto c = small_case(desk);
-  c.scene.objects[0].mesh = "missing.obj";
+  c.scenes[0].objects[0].mesh = "missing.obj";
   Mesh triangle;
   triangle.positions = {{-0.5, -0.5, 0}, {-0.5, 0.5, 0}, {0.5, 0.5, 0}};
   triangle.normals.assign(3, glm::dvec3(0, 0, -1));
@@ -118,7 +150,7 @@ TEST_CASE("what cannot be computed is a row with its reason") {
   const test::Desk desk;
   const auto device = test::all_devices().front();
   auto c = small_case(desk);
-  c.scene.objects[0].mesh = "missing.obj";
+  c.scenes[0].objects[0].mesh = "missing.obj";
   Bench bench(device.info(), brief(device));
   const auto row = bench.run(c);
   CHECK(row.frames.empty());

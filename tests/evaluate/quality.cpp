@@ -34,27 +34,40 @@ QualitySpec small_spec() {
   return what;
 }
 
+QualityResult assessed(const cl::Device& device, const Scene& scene, const QualitySpec& what) {
+  return assess(device, {scene}, build_world(scene), {}, what);
+}
+
+QualityResult assessed(const cl::Device& device, const Scene& scene, const Rendered& rendered,
+                       const QualitySpec& what) {
+  LensPictures lens;
+  return assess(device, {scene}, build_world(scene), rendered, {}, what, lens);
+}
+
 TEST_CASE(
     "a hologram shows what the lens sees, at every depth and from every side, and a shifted "
     "sphere's does not") {
   for (const auto& device : test::all_devices()) {
-    const auto good = assess(device, small_study(), {}, small_spec());
-    const auto bad =
-        assess(device, small_study(), render(device, small_study("0.03 mm")), {}, small_spec());
+    const auto good = assessed(device, small_study(), small_spec());
+    const auto bad = assessed(device, small_study(),
+                              {{render(device, small_study("0.03 mm"))}, {}, {}}, small_spec());
     REQUIRE(good.rows.size() == 7);
     REQUIRE(bad.rows.size() == 7);
     for (std::size_t i = 0; i < good.rows.size(); ++i) {
       const auto &row = good.rows[i], &shifted = bad.rows[i];
       const bool whole = row.view == "whole";  // measured 30.5 to 31.3 dB
-      INFO(row.view << " at " << row.z_m / mm << " mm: " << row.figures.psnr_db << " dB, SSIM "
-                    << row.figures.ssim << "; shifted " << shifted.figures.psnr_db << " dB, SSIM "
-                    << shifted.figures.ssim);
-      CHECK(row.figures.psnr_db > (whole ? 29 : 24));
-      CHECK(row.figures.psnr_db > shifted.figures.psnr_db + 5);
-      CHECK(row.figures.ssim > shifted.figures.ssim + 0.05);
-      CHECK(row.field_figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.1));
+      INFO(row.view << " at " << row.z_m / mm << " mm: " << row.figures.luminance.psnr_db
+                    << " dB, SSIM " << row.figures.luminance.ssim << "; shifted "
+                    << shifted.figures.luminance.psnr_db << " dB, SSIM "
+                    << shifted.figures.luminance.ssim);
+      CHECK(row.figures.luminance.psnr_db > (whole ? 29 : 24));
+      CHECK(row.figures.luminance.psnr_db > shifted.figures.luminance.psnr_db + 5);
+      CHECK(row.figures.luminance.ssim > shifted.figures.luminance.ssim + 0.05);
+      CHECK(row.field_figures.luminance.contrast_b ==
+            Catch::Approx(row.figures.luminance.contrast_a).epsilon(0.1));
       // Levels spread haze over the dark.
-      CHECK(row.figures.contrast_b == Catch::Approx(row.figures.contrast_a).epsilon(0.15));
+      CHECK(row.figures.luminance.contrast_b ==
+            Catch::Approx(row.figures.luminance.contrast_a).epsilon(0.15));
     }
   }
 }
@@ -65,7 +78,7 @@ TEST_CASE("rows are the depths through the whole hologram, then the sides at the
   what.depths_m = {3.2 * mm, 3.1 * mm};
   what.against_points = true;
   const auto scene = small_study("0", "sampling.frames=2");
-  const auto result = assess(device, scene, {}, what);
+  const auto result = assessed(device, scene, what);
   std::vector<std::pair<std::string, double>> rows;
   for (const auto& row : result.rows) rows.emplace_back(row.view, row.z_m);
   CHECK(rows == std::vector<std::pair<std::string, double>>{{"whole", 3.2 * mm},
@@ -77,10 +90,10 @@ TEST_CASE("rows are the depths through the whole hologram, then the sides at the
   REQUIRE(result.against_points);
   CHECK(result.against_points->correlation > 0.85);  // measured 0.90
 
-  const auto json = quality_json(scene, result, device.info(), {}, what);
+  const auto json = quality_json({scene}, result, device.info(), {}, what);
   REQUIRE(json["rows"].size() == 6);
   CHECK(json["rows"][2]["view"] == "left");
-  CHECK(json["rows"][2]["psnr_db"] == result.rows[2].figures.psnr_db);
+  CHECK(json["rows"][2]["psnr_db"] == result.rows[2].figures.luminance.psnr_db);
   CHECK(json["frames"] == 2);
   CHECK(json["against_points"]["correlation"] == result.against_points->correlation);
   CHECK(json["render"]["scene"]["sampling"]["frames"] == 2);
@@ -106,11 +119,11 @@ TEST_CASE(
     "between them") {
   QualityResult result;
   result.rows.resize(2);
-  result.rows[0].lens = flat(5, 3, 1.0f);
-  result.rows[0].hologram = flat(5, 3, 0.5f);
+  result.rows[0].lens = {flat(5, 3, 1.0f)};
+  result.rows[0].hologram = {flat(5, 3, 0.5f)};
   result.rows[0].difference = flat(5, 3, -0.5f);  // beyond a quarter of white: full blue
-  result.rows[1].lens = flat(5, 3, 0.0f);
-  result.rows[1].hologram = flat(5, 3, 0.25f);
+  result.rows[1].lens = {flat(5, 3, 0.0f)};
+  result.rows[1].hologram = {flat(5, 3, 0.25f)};
   result.rows[1].difference = flat(5, 3, 0.0f);
   const auto sheet = contact_sheet(result);
   REQUIRE(sheet.width == 3 * 5 + 2 * sheet_gap_px);
@@ -142,29 +155,30 @@ TEST_CASE("wide pictures are made smaller for the sheet by averaging") {
   what.window_m = glm::dvec2(1400, 70) * 3.74 * um;
   what.border_px = 0;
   what.lens_points = 2;
-  const auto result = assess(device, scene, {}, what);
+  const auto result = assessed(device, scene, what);
   REQUIRE(result.rows.size() == 1);
   const auto& row = result.rows[0];
+  const auto &lens = row.lens.at(0), &hologram = row.hologram.at(0);
   CHECK(result.picture_size == glm::ivec2(1400, 70));
-  CHECK(row.lens.width == 467);  // squares of 3 pixels, the last one cut off
-  CHECK(row.lens.height == 24);
+  CHECK(lens.width == 467);  // squares of 3 pixels, the last one cut off
+  CHECK(lens.height == 24);
   CHECK(contact_sheet(result).width == 3 * 467 + 2 * sheet_gap_px);
   double worst = 0;
-  for (std::size_t i = 0; i < row.lens.pixels.size(); ++i)
-    worst = std::max(worst, std::abs(1.0 * row.hologram.pixels[i] - row.lens.pixels[i] -
-                                     row.difference.pixels[i]));
+  for (std::size_t i = 0; i < lens.pixels.size(); ++i)
+    worst = std::max(
+        worst, std::abs(1.0 * hologram.pixels[i] - lens.pixels[i] - row.difference.pixels[i]));
   CHECK(worst < 1e-5);
-  CHECK(*std::max_element(row.lens.pixels.begin(), row.lens.pixels.end()) > 0.3f);
+  CHECK(*std::max_element(lens.pixels.begin(), lens.pixels.end()) > 0.3f);
 }
 
 TEST_CASE("pictures that cannot be compared are refused") {
   const auto device = test::all_devices().front();
   const auto scene = small_study("0", "sampling.frames=1");
-  const auto rendered = render(device, scene);
+  const Rendered rendered{{render(device, scene)}, {}, {}};
   const auto refused = [&](auto&& change) {
     auto what = small_spec();
     change(what);
-    CHECK_THROWS_AS(assess(device, scene, rendered, {}, what), InputError);
+    CHECK_THROWS_AS(assessed(device, scene, rendered, what), InputError);
   };
   refused([](QualitySpec& s) { s.depths_m = {0}; });
   refused([](QualitySpec& s) { s.border_px = 32; });

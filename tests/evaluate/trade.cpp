@@ -123,8 +123,8 @@ TEST_CASE("a knob alone changes one value of balanced's, and no configuration is
       INFO(device.info().name << ", " << propagation);
       const TradeBench bench(
           device,
-          load_scene(small_scene(folder, ""),
-                     {"accuracy.precision=auto", "wrp.propagation=" + propagation}),
+          {load_scene(small_scene(folder, ""),
+                      {"accuracy.precision=auto", "wrp.propagation=" + propagation})},
           spec);
       const auto& trade = bench.trade();
       REQUIRE(trade.presets.size() == 4);
@@ -158,7 +158,7 @@ TEST_CASE("what the scene fixes is kept in every configuration") {
   for (const bool exhaustive : {false, true}) {
     auto spec = small_spec();
     spec.exhaustive = exhaustive;
-    const TradeBench bench(device, scene, spec);
+    const TradeBench bench(device, {scene}, spec);
     CHECK_FALSE(bench.trade().steps.empty());  // sampling.cone
     for (const auto& r : bench.trade().rows) {
       CHECK(r.knobs.pitch_m == 21 * test::um);
@@ -178,7 +178,7 @@ TEST_CASE(
   spec.exhaustive = true;
   const auto device = test::all_devices().front();
   const auto scene = load_scene(small_scene(folder));
-  const TradeBench bench(device, scene, spec);
+  const TradeBench bench(device, {scene}, spec);
   const auto& trade = bench.trade();
   const auto all = choices(scene, build_world(scene), figures_of(device.info()));
   std::size_t held = 0;
@@ -211,7 +211,7 @@ TEST_CASE(
     spec.pictures.views = true;
     const auto scene = load_scene(small_scene(folder),
                                   {"sampling.pitch=30 um", "sampling.cone=1.2", "wrp.padding=1.5"});
-    TradeBench bench(device, scene, spec);
+    TradeBench bench(device, {scene}, spec);
     bench.measure(nothing);
     const auto& trade = bench.trade();
     REQUIRE(trade.rows.size() >= 4);
@@ -219,11 +219,13 @@ TEST_CASE(
     // Frames of one configuration are looked at together; alone they show the same.
     for (const auto& row : {trade.rows.front(), trade.rows[trade.presets.back().row]}) {
       auto what = trade.pictures;
-      const auto alone = assess(device, with_knobs(scene, row.knobs), RenderOptions{}, what);
+      const auto alone =
+          assess(device, with_knobs({scene}, row.knobs), build_world(scene), {}, what);
       REQUIRE(row.pictures.size() == alone.rows.size());
       for (std::size_t i = 0; i < alone.rows.size(); ++i) {
         CHECK(row.pictures[i].view == alone.rows[i].view);
-        CHECK(row.pictures[i].psnr_db == Catch::Approx(alone.rows[i].figures.psnr_db).margin(1e-3));
+        CHECK(row.pictures[i].psnr_db ==
+              Catch::Approx(alone.rows[i].figures.luminance.psnr_db).margin(1e-3));
       }
       REQUIRE(row.correlation);
       CHECK(*row.correlation == Catch::Approx(alone.against_points->correlation).margin(1e-6));
@@ -273,6 +275,42 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("a trade of several lasers is by the picture in colour, and by the time of all of them") {
+  const Folder folder;
+  const auto scenes =
+      load_scenes(small_scene(folder), {"hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]",
+                                        "sampling.pitch=30 um", "wrp.padding=1.5"});
+  auto spec = small_spec();
+  spec.presets = true;
+  spec.pictures.against_points = true;
+  for (const auto& device : test::all_devices()) {
+    INFO(device.info().name);
+    TradeBench bench(device, scenes, spec);
+    bench.measure(nothing);
+    const auto& trade = bench.trade();
+    REQUIRE(trade.presets.size() == 4);
+    for (const auto& row : trade.rows) {
+      INFO(row.note);
+      REQUIRE(row.renders == 1);
+      const auto with = with_knobs(scenes, row.knobs);
+      const auto seen = assess(device, with, build_world(scenes[0]), {}, trade.pictures);
+      REQUIRE(row.pictures.size() == seen.rows.size());
+      for (std::size_t i = 0; i < seen.rows.size(); ++i)
+        CHECK(row.pictures[i].psnr_db ==
+              Catch::Approx(seen.rows[i].figures.luminance.psnr_db).margin(1e-3));
+      CHECK(row.correlation.value() ==
+            Catch::Approx(seen.against_points->correlation).margin(1e-6));
+      int samples = 0;
+      for (const auto& laser : seen.render.lasers) samples += laser.samples;
+      CHECK(row.samples == samples);
+    }
+    CHECK(bench.sheet().width > 0);
+    TradeBench again(device, scenes, spec);
+    CHECK(again.resume(trade_json(trade)) == static_cast<int>(trade.rows.size()));
+    CHECK_FALSE(TradeBench(device, {scenes[1]}, spec).resume(trade_json(trade)));
+  }
+}
+
 TEST_CASE("an interrupted trade goes on where it was; a changed scene starts anew") {
   const Folder folder;
   const auto device = test::all_devices().front();
@@ -284,7 +322,7 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
   };
   std::string kept;
   {
-    TradeBench bench(device, scene, small_spec());
+    TradeBench bench(device, {scene}, small_spec());
     int times = 0;
     const auto keep = [&] {
       kept = trade_json(bench.trade());
@@ -293,7 +331,7 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
     CHECK_THROWS_AS(bench.measure(keep), Interrupted);
   }
   const auto before = Json::parse(kept);
-  TradeBench bench(device, scene, small_spec());
+  TradeBench bench(device, {scene}, small_spec());
   const auto taken = bench.resume(kept);
   REQUIRE(taken);
   const auto is_measured = [](const Json& r) { return r["renders"] > 0; };
@@ -309,7 +347,7 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
     if (is_measured(before["rows"][i])) CHECK(after["rows"][i] == before["rows"][i]);
   }
 
-  TradeBench whole(device, scene, small_spec());  // never interrupted
+  TradeBench whole(device, {scene}, small_spec());  // never interrupted
   whole.measure(nothing);
   for (std::size_t i = 0; i < whole.trade().rows.size(); ++i) {
     CHECK(whole.trade().rows[i].psnr_db() == bench.trade().rows[i].psnr_db());
@@ -317,14 +355,14 @@ TEST_CASE("an interrupted trade goes on where it was; a changed scene starts ane
   }
 
   CHECK_FALSE(TradeBench(device,
-                         load_scene(small_scene(folder, "mode = \"aimed\"\n", "0.11 mm"), set),
+                         {load_scene(small_scene(folder, "mode = \"aimed\"\n", "0.11 mm"), set)},
                          small_spec())
                   .resume(kept));
   folder.write("square.obj", test::ball_obj(8, 4));  // the same scene file, another mesh
-  CHECK_FALSE(TradeBench(device, scene, small_spec()).resume(kept));
+  CHECK_FALSE(TradeBench(device, {scene}, small_spec()).resume(kept));
   folder.write("square.obj", test::square_obj());
-  CHECK_FALSE(TradeBench(device, scene, small_spec()).resume(kept.substr(0, kept.size() / 2)));
-  CHECK(TradeBench(device, scene, small_spec()).resume(kept) == taken);
+  CHECK_FALSE(TradeBench(device, {scene}, small_spec()).resume(kept.substr(0, kept.size() / 2)));
+  CHECK(TradeBench(device, {scene}, small_spec()).resume(kept) == taken);
 }
 
 TEST_CASE("what cannot be computed says why, and the rest is measured") {
@@ -334,7 +372,7 @@ TEST_CASE("what cannot be computed says why, and the rest is measured") {
       small_scene(folder, "antialias = 4\nvisibility = 8\napodization = 0.2\ncone = 1.2\n"),
       // Fans cannot look back
       {"sampling.pitch=30 um", "wrp.padding=1.5", "wrp.distance=10.5 mm"});
-  TradeBench bench(device, scene, small_spec());
+  TradeBench bench(device, {scene}, small_spec());
   bench.measure(nothing);
   int refused = 0;
   for (const auto& r : bench.trade().rows) {
@@ -348,14 +386,14 @@ TEST_CASE("what cannot be computed says why, and the rest is measured") {
   CHECK(refused == 1);
   for (const auto i : trade_frontier(bench.trade().rows)) CHECK(bench.trade().rows[i].renders > 0);
   // They are tried again.
-  CHECK(TradeBench(device, scene, small_spec()).resume(trade_json(bench.trade())) ==
+  CHECK(TradeBench(device, {scene}, small_spec()).resume(trade_json(bench.trade())) ==
         static_cast<int>(bench.trade().rows.size()) - refused);
 }
 
 TEST_CASE("a trade of a fan is refused: nothing can be predicted of it") {
   const Folder folder;
   const auto scene = load_scene(small_scene(folder, "mode = \"fan\"\n"));
-  CHECK_THROWS_AS(TradeBench(test::all_devices().front(), scene, small_spec()), InputError);
+  CHECK_THROWS_AS(TradeBench(test::all_devices().front(), {scene}, small_spec()), InputError);
 }
 
 }  // namespace

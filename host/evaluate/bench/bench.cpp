@@ -9,7 +9,6 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
-#include "host/evaluate/quality.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/cost.hpp"
 #include "host/plan/lattice.hpp"
@@ -83,33 +82,34 @@ double propagation_operations(const Plan& plan, cl::FftBackend backend) {
   return operations + back.count() * transform_operations(nx) + columns;
 }
 
-std::map<std::string, StageWork> work_of(const Plan& plan, const BenchCase& what,
-                                         cl::FftBackend backend) {
-  const double holograms = what.scene.sampling.frames;
+void add_work(const Plan& plan, Method method, cl::FftBackend backend,
+              std::map<std::string, StageWork>& work) {
+  const double holograms = plan.frames;
   const double pixels = static_cast<double>(plan.size.x) * plan.size.y,
                field = 8 * pixels * holograms;
   const auto wrps = static_cast<double>(plan.wrps.size());
-  std::map<std::string, StageWork> work;
-  work["trace"].bytes = wrps * field;
-  if (what.method == Method::wrp)
-    work["propagate"] = {holograms * propagation_operations(plan, backend), (wrps + 1) * field};
+  work["trace"].bytes += wrps * field;
+  if (method == Method::wrp) {
+    work["propagate"].operations += holograms * propagation_operations(plan, backend);
+    work["propagate"].bytes += (wrps + 1) * field;
+  }
   // Levels are written, read, and written to host memory.
-  work["encode"].bytes = field + 3 * holograms * pixels;
-  return work;
+  work["encode"].bytes += field + 3 * holograms * pixels;
 }
 
-BenchFrame timed_frame(Renderer& renderer, const std::vector<Object>& objects, int number,
-                       RenderResult& result) {
+BenchFrame timed_frame(const cl::Device& device, Renderer& renderer,
+                       const std::vector<Scene>& scenes, int number, Rendered& result) {
+  const auto& objects = scenes[0].objects;
   BenchFrame frame;
   const Stopwatch watch;
   for (std::size_t i = 0; i < objects.size(); ++i)
     renderer.set_pose(i, objects[i].position_m,
                       objects[i].rotation_deg + glm::dvec3(0, turn_deg * (1 + number % poses), 0));
-  result = renderer.render();
+  result = rendered_of(device, scenes, renderer.render_lasers(), false);
   frame.wall_s = watch.wall_s();
   frame.processor_s = watch.processor_s();
-  frame.stages_s = result.seconds;
-  frame.stages_processor_s = result.processor_seconds;
+  frame.stages_s = sum_of_stages(result.lasers, &RenderResult::seconds);
+  frame.stages_processor_s = sum_of_stages(result.lasers, &RenderResult::processor_seconds);
   const auto sum = [](double s, const auto& stage) { return s + stage.second; };
   frame.stages_s["rest"] =
       frame.wall_s - std::accumulate(frame.stages_s.begin(), frame.stages_s.end(), 0.0, sum);
@@ -132,10 +132,12 @@ BenchFrame scaled(BenchFrame frame, double factor) {
 }
 
 /// Key of a lens picture in the cache; lengths enter in micrometres.
-std::string lens_key(const Scene& scene, glm::ivec2 grid, double z_m) {
+std::string lens_key(const std::vector<Scene>& scenes, glm::ivec2 grid, double z_m) {
+  const auto& scene = scenes[0];
   std::string key = scene.file.string();
   const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
   add(z_m);
+  for (const auto& laser : scenes) add(laser.hologram.wavelength_m);
   for (const int n : {scene.hologram.resolution.x, scene.hologram.resolution.y, grid.x, grid.y})
     add(n);
   add(scene.hologram.pitch_m.x);
@@ -196,9 +198,11 @@ double BenchRow::part_s(const std::string& stage) const {
   return stage_s(stage).median;  // with two frames, none lies between the quartiles
 }
 
-double BenchRow::per_second() const {
-  return frames.empty() ? 0 : scene.sampling.frames / wall_s().median;
+int BenchRow::holograms() const {
+  return scenes.empty() ? 1 : static_cast<int>(scenes.size()) * scenes[0].sampling.frames;
 }
+
+double BenchRow::per_second() const { return frames.empty() ? 0 : holograms() / wall_s().median; }
 
 Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)
     : device_(device),
@@ -209,7 +213,7 @@ BenchRow Bench::run(const BenchCase& what) {
   BenchRow row;
   row.group = what.group;
   row.name = what.name;
-  row.scene = what.scene;
+  row.scenes = what.scenes;
   row.method = what.method;
   row.share = what.share;
   row.target = what.target;
@@ -224,26 +228,32 @@ BenchRow Bench::run(const BenchCase& what) {
 
 void Bench::measure(const BenchCase& what, BenchRow& row) {
   // A case may measure only a strip of the hologram's rows; times are scaled by `factor`.
-  auto scene = what.scene;
-  const int rows = std::max(1, scene.hologram.resolution.y / what.share);
-  const double factor = static_cast<double>(scene.hologram.resolution.y) / rows;
-  scene.hologram.resolution.y = rows;
+  auto scenes = what.scenes;
+  const int all_rows = scenes.at(0).hologram.resolution.y,
+            rows = std::max(1, all_rows / what.share);
+  const double factor = static_cast<double>(all_rows) / rows;
+  for (auto& scene : scenes) scene.hologram.resolution.y = rows;
+  const auto world_of = [&](const Scene& scene) {
+    return what.meshes ? place_objects(scene, *what.meshes, load_textures(scene))
+                       : build_world(scene);
+  };
   RenderOptions how;
   how.method = what.method;
   how.rays_per_axis = what.rays_per_axis;
   how.fft = options_.fft;
-  how.keep_field = false;
+  how.keep_field = scenes.size() > 1;  // which decides the lasers' powers
 
-  RenderResult result;
+  Rendered result;
   {
     // Each case has its own cl::Device, whose memory peak is that of the case.
     const cl::Device device(device_);
     const Stopwatch first;
-    auto renderer =
-        what.meshes ? Renderer(device, scene, *what.meshes, how) : Renderer(device, scene, how);
+    Renderer renderer(device, scenes, world_of(scenes[0]), how);
+    const auto frame = [&](int number) {
+      return timed_frame(device, renderer, scenes, number, result);
+    };
     for (int warm_up = 0; warm_up < 2; ++warm_up) {
-      const bool is_long =
-          timed_frame(renderer, scene.objects, poses - 1 - warm_up, result).wall_s > long_s;
+      const bool is_long = frame(poses - 1 - warm_up).wall_s > long_s;
       if (warm_up == 0) row.first_frame_s = first.wall_s();
       if (is_long) break;
     }
@@ -256,49 +266,49 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
       return done < fewest_frames || (done < most_frames && watch.wall_s() < options_.seconds);
     };
     for (int number = 0; wanted(number); ++number)
-      row.frames.push_back(scaled(timed_frame(renderer, scene.objects, number, result), factor));
+      row.frames.push_back(scaled(frame(number), factor));
     row.others_share = others_share(then, watch.processor_s());
-    row.device_peak_bytes = result.device_peak_bytes;
+    row.device_peak_bytes = result.lasers.back().device_peak_bytes;
     row.resident_bytes = resident_bytes();
   }
 
   // Counts of the last frame
-  row.samples = result.samples;
-  row.hidden_samples = result.hidden_samples;
-  if (!result.plan.aimed)
-    row.rays = static_cast<std::uint64_t>(
-        std::llround(static_cast<double>(primary_rays(result.plan)) * factor));
-  row.grid = result.plan.grid;
-  row.padded = result.plan.compact ? result.plan.compact->size : result.plan.padded;
-  if (what.share == 1) row.work = work_of(result.plan, what, options_.fft);
+  for (const auto& laser : result.lasers) {
+    row.samples += laser.samples;
+    row.hidden_samples += laser.hidden_samples;
+    if (!laser.plan.aimed)
+      row.rays += static_cast<std::uint64_t>(
+          std::llround(static_cast<double>(primary_rays(laser.plan)) * factor));
+    if (what.share == 1) add_work(laser.plan, what.method, options_.fft, row.work);
+  }
+  const auto& plan = result.lasers[0].plan;
+  row.grid = plan.grid;
+  row.padded = plan.compact ? plan.compact->size : plan.padded;
 
-  // The quality of the whole hologram, which is rendered again with its field
-  const auto world = what.meshes
-                         ? place_objects(what.scene, *what.meshes, load_textures(what.scene))
-                         : build_world(what.scene);
+  // The quality of the whole holograms, which are rendered again with their fields
+  const auto world = world_of(what.scenes[0]);
   row.triangles = world.triangles.size();
   if (!options_.quality || what.share != 1) return;
   how.keep_field = true;
   row.quality =
-      quality_of(what.scene, world, render(cl::Device(device_), what.scene, world, how).field);
+      quality_of(what.scenes, world, render(cl::Device(device_), what.scenes, world, how));
 }
 
-BenchQuality Bench::quality_of(const Scene& scene, const World& world, FieldStack field) {
+BenchQuality Bench::quality_of(const std::vector<Scene>& scenes, const World& world,
+                               Rendered rendered) {
   QualitySpec spec;
   spec.depths_m = {(world.min_m.z + world.max_m.z) / 2};
   spec.views = false;
   spec.lens_points = options_.lens_points;
   RenderOptions how;
   how.fft = options_.fft;
-  RenderResult rendered;
-  rendered.field = std::move(field);
-  const auto grid = make_plan(scene, world).grid;
-  auto& lens = seen_by_lens_[lens_key(scene, grid, spec.depths_m[0])];
+  const auto grid = make_plan(scenes[0], world).grid;
+  auto& lens = seen_by_lens_[lens_key(scenes, grid, spec.depths_m[0])];
   const auto result =
-      assess(cl::Device(device_), scene, world, std::move(rendered), how, spec, lens);
-  const auto& figures = result.rows.at(0).figures;
+      assess(cl::Device(device_), scenes, world, std::move(rendered), how, spec, lens);
+  const auto& figures = result.rows.at(0).figures.luminance;
   return {figures.psnr_db, figures.ssim, spec.depths_m[0],
-          result.blur_px * scene.hologram.pitch_m.x};
+          result.blur_px * scenes[0].hologram.pitch_m.x};
 }
 
 }  // namespace raywave

@@ -12,16 +12,15 @@
 #include <vector>
 
 #include "cl/fft.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/image.hpp"
 
 namespace raywave {
 
-struct FieldStack;
-
-/// One frame: from the call that moves the object to the finished levels in host memory.
+/// One frame: from the call that moves the object to the finished levels of all lasers in host
+/// memory.
 struct BenchFrame {
   double wall_s = 0;
   double processor_s = 0;  // of all threads of this process
@@ -53,7 +52,7 @@ struct BenchTarget {
 /// A case to be measured. Every object turns from frame to frame.
 struct BenchCase {
   std::string group, name;
-  Scene scene;
+  std::vector<Scene> scenes;  // of all lasers
   Method method = Method::wrp;
   int rays_per_axis = 100;  // of Method::rays
   // Only one in so many of the hologram's rows is computed, a strip through its middle, and times
@@ -111,13 +110,14 @@ struct BenchQuality {
 
 struct BenchRow {
   std::string group, name;
-  Scene scene;
+  std::vector<Scene> scenes;  // of all lasers; none of a peer
   Method method = Method::wrp;
   int share = 1;
   BenchTarget target;
   std::size_t triangles = 0;
+  // Of all lasers together, like work; rays are the primary ones of a frame, counted for fans only
   int samples = 0, hidden_samples = 0;
-  std::uint64_t rays = 0;  // primary rays of a frame, counted for fans only
+  std::uint64_t rays = 0;
   glm::ivec2 grid{1, 1}, padded{1, 1};
   std::vector<BenchFrame> frames;         // empty when it could not be computed
   std::map<std::string, StageWork> work;  // by stage
@@ -136,7 +136,9 @@ struct BenchRow {
   /// Part of the median wall time that a stage takes: as in the frames between the quartiles. These
   /// parts add up, medians do not.
   double part_s(const std::string& stage) const;
-  /// Holograms, that is frames times sampling.frames, by the median.
+  /// Holograms of a frame: sampling.frames of each laser.
+  int holograms() const;
+  /// Holograms by the median.
   double per_second() const;
 };
 
@@ -152,9 +154,9 @@ public:
   /// Warms up, then measures. An error of the case goes into the row's note.
   BenchRow run(const BenchCase& what);
 
-  /// Quality of a hologram of the scene that was made elsewhere. The lens's picture of a scene is
-  /// computed once.
-  BenchQuality quality_of(const Scene& scene, const World& world, FieldStack field);
+  /// Quality of holograms of the scene, with their fields. The lens's picture of a scene is computed
+  /// once.
+  BenchQuality quality_of(const std::vector<Scene>& scenes, const World& world, Rendered rendered);
 
 private:
   void measure(const BenchCase& what, BenchRow& row);
@@ -162,7 +164,7 @@ private:
   cl::DeviceInfo device_;
   BenchOptions options_;
   DeviceLimits limits_;
-  std::map<std::string, std::vector<Image>> seen_by_lens_;
+  std::map<std::string, LensPictures> seen_by_lens_;
 };
 
 /// Runs a program of tests/bench/ and takes over the rows that it prints (peer_json).

@@ -43,7 +43,7 @@ void add_compact(const std::filesystem::path& data, BenchSuite& suite) {
     c.group = "frames";
     c.name = std::string(row.name) + ", compact";
     row.set.push_back("wrp.propagation=compact");
-    c.scene = load_scene(data / row.file, row.set);
+    c.scenes = {load_scene(data / row.file, row.set)};
     suite.ratios.push_back(
         {c.name + ", over plain FFTW", c.name, "plain FFTW 2-D, 1 WRP", row.at_most, row.aim});
     suite.cases.push_back(std::move(c));
@@ -60,10 +60,10 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
       for (const int side : {1, 2}) {
         BenchCase c;
         c.group = "frames";
-        c.scene = load_scene(data / "teapot.toml");
-        c.scene.wrp.grid = glm::ivec2(side);
-        c.scene.wrp.padding = padding;
-        c.scene.sampling.pitch_m = pitch_m;
+        c.scenes = {load_scene(data / "teapot.toml")};
+        c.scenes[0].wrp.grid = glm::ivec2(side);
+        c.scenes[0].wrp.padding = padding;
+        c.scenes[0].sampling.pitch_m = pitch_m;
         c.name = "teapot, " + wrps_text(glm::ivec2(side)) + ", p " + length_text(pitch_m) +
                  ", padding " + number_text(padding);
         c.target = (pitch_m < 5e-5 ? targets.fine : targets.coarse)[side - 1];
@@ -113,14 +113,14 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
     const auto &name = object.first, &file = object.second;
     BenchCase c;
     c.group = "methods";
-    c.scene = load_scene(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"});
+    c.scenes = {load_scene(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"})};
     const auto add = [&](const std::string& what, Method method, int share, SamplingMode mode,
                          WrpPropagation propagation) {
       c.name = name + ", " + what;
       c.method = method;
       c.share = share;
-      c.scene.sampling.mode = mode;
-      c.scene.wrp.propagation = propagation;
+      c.scenes[0].sampling.mode = mode;
+      c.scenes[0].wrp.propagation = propagation;
       suite.cases.push_back(c);
     };
     using enum WrpPropagation;
@@ -144,13 +144,13 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
                             glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
       BenchCase c;
       c.group = "grids";
-      c.scene = load_scene(data / (file + ".toml"));
-      c.scene.wrp.grid = grid;
+      c.scenes = {load_scene(data / (file + ".toml"))};
+      c.scenes[0].wrp.grid = grid;
       c.name = name + ", " + wrps_text(grid);
-      c.scene.wrp.propagation = WrpPropagation::spectrum;
+      c.scenes[0].wrp.propagation = WrpPropagation::spectrum;
       suite.cases.push_back(c);
       c.name = name + " over virtual planes, " + wrps_text(grid);
-      c.scene.wrp.propagation = WrpPropagation::compact;
+      c.scenes[0].wrp.propagation = WrpPropagation::compact;
       suite.cases.push_back(std::move(c));
     }
   }
@@ -166,7 +166,7 @@ Mesh sphere(int triangles) {
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;
-  base.scene = load_scene(data / "teapot.toml", {"wrp.grid=[1, 1]", "wrp.padding=1.25"});
+  base.scenes = {load_scene(data / "teapot.toml", {"wrp.grid=[1, 1]", "wrp.padding=1.25"})};
   const auto add = [&](const std::string& group, const std::string& name, auto&& change) {
     auto c = base;
     c.group = group;
@@ -176,7 +176,7 @@ BenchSuite scaling_suite(const std::filesystem::path& data) {
   };
   for (const int triangles : {1000, 4000, 16000, 64000, 256000, 1000000}) {
     add("triangles", "sphere of " + std::to_string(triangles) + " triangles", [&](BenchCase& c) {
-      c.scene.objects[0].mesh = c.name;
+      c.scenes[0].objects[0].mesh = c.name;
       const Mesh mesh = sphere(triangles);
       c.meshes = std::make_shared<const Meshes>(Meshes{{mesh}, {is_closed(mesh)}, {0}});
     });
@@ -185,15 +185,15 @@ BenchSuite scaling_suite(const std::filesystem::path& data) {
                           "sphere of 16000 triangles", 1.5});
   for (const double pitch_m : {2e-4, 1e-4, 5e-5, 2.5e-5})
     add("sample pitch", "p " + length_text(pitch_m),
-        [&](BenchCase& c) { c.scene.sampling.pitch_m = pitch_m; });
+        [&](BenchCase& c) { c.scenes[0].sampling.pitch_m = pitch_m; });
   for (const int width : {960, 1920, 3840, 7680}) {
     const glm::ivec2 size(width, width * 9 / 16);
     add("hologram", grid_text(size) + " pixels",
-        [&](BenchCase& c) { c.scene.hologram.resolution = size; });
+        [&](BenchCase& c) { c.scenes[0].hologram.resolution = size; });
   }
   for (const int frames : {1, 2, 4, 8, 16})
     add("frames together", std::to_string(frames) + " with phases of their own",
-        [&](BenchCase& c) { c.scene.sampling.frames = frames; });
+        [&](BenchCase& c) { c.scenes[0].sampling.frames = frames; });
   return suite;
 }
 

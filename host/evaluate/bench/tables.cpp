@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <array>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
@@ -41,12 +41,6 @@ constexpr std::array<Column, 18> columns{{{"", -50},
                                           {"first ms", 8},
                                           {"MiB", 11},
                                           {"others", 6}}};
-
-std::string format(const char* how, auto... values) {
-  std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), how, values...);
-  return text.data();
-}
 
 /// The value with three digits, with two when it is small; "-" when it is not finite.
 std::string figure(double value) {
@@ -120,20 +114,20 @@ const char* name_of(Method method) {
 Json json_of(const BenchRow& row, const DeviceLimits& rates) {
   Json json{{"group", row.group}, {"name", row.name}, {"note", row.note}};
   if (!row.peer) {
-    json["scene"] = {
-        {"file", row.scene.file.filename().string()},
-        {"method", name_of(row.method)},
-        {"mode", row.scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
-        {"resolution", {row.scene.hologram.resolution.x, row.scene.hologram.resolution.y}},
-        {"grid", {row.grid.x, row.grid.y}},
-        {"padding", row.scene.wrp.padding},
-        {"padded", {row.padded.x, row.padded.y}},
-        {"sampling_pitch_m", row.scene.sampling.pitch_m},
-        {"holograms_per_frame", row.scene.sampling.frames},
-        {"triangles", row.triangles},
-        {"samples", row.samples},
-        {"samples_partly_hidden", row.hidden_samples},
-        {"rays", row.rays}};
+    const auto& scene = row.scenes[0];
+    json["scene"] = {{"file", scene.file.filename().string()},
+                     {"method", name_of(row.method)},
+                     {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+                     {"resolution", {scene.hologram.resolution.x, scene.hologram.resolution.y}},
+                     {"grid", {row.grid.x, row.grid.y}},
+                     {"padding", scene.wrp.padding},
+                     {"padded", {row.padded.x, row.padded.y}},
+                     {"sampling_pitch_m", scene.sampling.pitch_m},
+                     {"holograms_per_frame", row.holograms()},
+                     {"triangles", row.triangles},
+                     {"samples", row.samples},
+                     {"samples_partly_hidden", row.hidden_samples},
+                     {"rays", row.rays}};
   }
   json["scaled_from_one_in"] = row.share;
   json["frames"] = row.frames.size();

@@ -2,13 +2,12 @@
 #include "host/evaluate/selftest/selftest.hpp"
 
 #include <algorithm>
-#include <array>
 #include <chrono>
 #include <cmath>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "raywave_version.hpp"
@@ -20,10 +19,7 @@ const char* name_of(SelfTestSize size) { return size == SelfTestSize::full ? "fu
 
 /// The value with two digits; whole numbers with all digits.
 std::string figure(double value) {
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(),
-                value == std::round(value) && std::abs(value) < 1e6 ? "%.0f" : "%.1e", value);
-  return text.data();
+  return format(value == std::round(value) && std::abs(value) < 1e6 ? "%.0f" : "%.1e", value);
 }
 
 }  // namespace
@@ -60,12 +56,11 @@ std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size) {
 }
 
 std::string self_test_line(const SelfTestRow& row) {
-  std::array<char, 256> text;
-  std::snprintf(text.data(), text.size(), "%s  %-11s %-64s %8s <= %-8s %-14s %6.2f s\n",
-                row.passed ? "pass" : "FAIL", row.part.c_str(), row.claim.c_str(),
+  return format("%s  %-11s %-64s %8s <= %-8s %-14s %6.2f s\n", row.passed ? "pass" : "FAIL",
+                row.part.c_str(), row.claim.c_str(),
                 std::isnan(row.measured) ? "-" : figure(row.measured).c_str(),
-                figure(row.bound).c_str(), row.quantity.c_str(), row.seconds);
-  return text.data() + (row.passed || row.note.empty() ? "" : "      " + row.note + "\n");
+                figure(row.bound).c_str(), row.quantity.c_str(), row.seconds) +
+         (row.passed || row.note.empty() ? "" : "      " + row.note + "\n");
 }
 
 std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,

@@ -36,16 +36,6 @@ TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, 
           }};
 }
 
-/// At most `most` of the values, evenly spaced, including the first and the last.
-template <class T>
-std::vector<T> thinned(std::vector<T> values, std::size_t most) {
-  if (values.size() <= most || most < 2) return values;
-  std::vector<T> some;
-  for (std::size_t i = 0; i < most; ++i)
-    some.push_back(values[i * (values.size() - 1) / (most - 1)]);
-  return some;
-}
-
 /// A list of configurations without duplicates, in the order of their first addition.
 class Rows {
 public:
@@ -128,7 +118,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
     const auto& all = trade_knobs();
     const auto knob =
         std::find_if(all.begin(), all.end(), [&](const TradeKnob& k) { return k.key == key; });
-    if (trade.scene.given.contains(key)) return;
+    if (trade.scenes[0].given.contains(key)) return;
     for (const auto& value : spec.quick ? thinned(values, quick_values) : values) {
       auto knobs = base;
       knob->set(knobs, value);
@@ -141,12 +131,12 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   };
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
-  if (trade.scene.wrp.propagation == WrpPropagation::automatic &&
-      why_not_compact(trade.scene).empty())
+  if (trade.scenes[0].wrp.propagation == WrpPropagation::automatic &&
+      why_not_compact(trade.scenes[0]).empty())
     vary("wrp.propagation", {"spectrum", "compact"}, 2);
   const bool has_wrps = base.propagation == WrpPropagation::spectrum;
   if (has_wrps) vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
-  if (!trade.scene.given.contains("wrp.distance")) vary("wrp.layers", {1, 2, 3, 4}, 2);
+  if (!trade.scenes[0].given.contains("wrp.distance")) vary("wrp.layers", {1, 2, 3, 4}, 2);
   vary("sampling.antialias", {0, 2, 4}, 3);
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   if (has_wrps) vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
@@ -158,7 +148,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
       if (cl::serves(backend, trade.device)) vary("fft", {std::string(cl::name_of(backend))}, 1);
     }
   }
-  if (trade.scene.given.contains("sampling.mode")) return;
+  if (trade.scenes[0].given.contains("sampling.mode")) return;
   auto knobs = base;
   knobs.mode = SamplingMode::fan;
   knobs.propagation = WrpPropagation::spectrum;
@@ -168,20 +158,22 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
 
 }  // namespace
 
-Scene with_knobs(Scene scene, const TradeKnobs& knobs) {
-  auto& s = scene.sampling;
-  s.pitch_m = knobs.pitch_m;
-  s.frames = knobs.frames;
-  s.antialias = knobs.antialias;
-  s.visibility = knobs.visibility;
-  s.mode = knobs.mode;
-  s.cone = knobs.cone;
-  s.apodization = knobs.apodization;
-  scene.wrp.propagation = knobs.propagation;
-  scene.wrp.padding = knobs.padding;
-  scene.wrp.layers = knobs.layers;
-  scene.accuracy.precision = knobs.precision;
-  return scene;
+std::vector<Scene> with_knobs(std::vector<Scene> scenes, const TradeKnobs& knobs) {
+  for (auto& scene : scenes) {
+    auto& s = scene.sampling;
+    s.pitch_m = knobs.pitch_m;
+    s.frames = knobs.frames;
+    s.antialias = knobs.antialias;
+    s.visibility = knobs.visibility;
+    s.mode = knobs.mode;
+    s.cone = knobs.cone;
+    s.apodization = knobs.apodization;
+    scene.wrp.propagation = knobs.propagation;
+    scene.wrp.padding = knobs.padding;
+    scene.wrp.layers = knobs.layers;
+    scene.accuracy.precision = knobs.precision;
+  }
+  return scenes;
 }
 
 TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
@@ -230,19 +222,33 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   // A row for each preset; "balanced" is the base.
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
+  const auto lasers = static_cast<double>(trade.scenes.size());
   Rows rows(trade.rows);
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
-    const auto planned = plan_scenes({trade.scene}, world, figures, {preset, {}, {}})[0];
-    const auto row = rows.add(knobs_of(planned.scene, planned.plan, fft), true);
-    const auto& predicted = planned.prediction;
-    trade.presets.push_back(
-        {preset, row, predicted.times, predicted.pictures->mean_psnr_db, predicted.device_bytes});
+    const auto planned = plan_scenes(trade.scenes, world, figures, {preset, {}, {}});
+    const auto row = rows.add(knobs_of(planned[0].scene, planned[0].plan, fft), true);
+    auto& of_preset = trade.presets.emplace_back(TradePreset{preset, row, {}, 0, 0});
+    for (const auto& laser : planned) {
+      const auto& predicted = laser.prediction;
+      for (auto seconds :
+           {&PredictedTimes::samples_s, &PredictedTimes::trace_s, &PredictedTimes::propagate_s,
+            &PredictedTimes::refine_s, &PredictedTimes::encode_s})
+        of_preset.predicted.*seconds += predicted.times.*seconds;
+      of_preset.predicted_psnr_db += predicted.pictures->mean_psnr_db / lasers;
+      of_preset.predicted_bytes += predicted.device_bytes;
+    }
     if (preset == Preset::balanced) trade.base = row;
   }
 
   // Rows that differ from the base in one knob
   if (spec.presets) return;
-  const auto all = choices(trade.scene, world, figures);
+  // Choices of the longest wavelength are made for all, as by plan_scenes.
+  const auto all =
+      choices(*std::max_element(trade.scenes.begin(), trade.scenes.end(),
+                                [](const Scene& a, const Scene& b) {
+                                  return a.hologram.wavelength_m < b.hologram.wavelength_m;
+                                }),
+              world, figures);
   std::vector<double> pitches_m;
   for (const auto& c : all) {
     if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
@@ -253,13 +259,13 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;
   const double balanced_s =
-      trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s();
+      trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s() / lasers;
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());
   const std::size_t most = !spec.exhaustive ? (spec.quick ? 3 : 8) : spec.quick ? 12 : best.size();
   for (const auto& c : thinned(best, most)) {
-    for (const auto& [antialias, visibility] : finishes_of(trade.scene, base, spec)) {
+    for (const auto& [antialias, visibility] : finishes_of(trade.scenes[0], base, spec)) {
       auto knobs = base;
       knobs.pitch_m = c.pitch_m;
       knobs.propagation = c.compact ? WrpPropagation::compact : WrpPropagation::spectrum;

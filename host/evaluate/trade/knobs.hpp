@@ -18,6 +18,16 @@ struct TradeKnob {
   std::function<void(TradeKnobs&, const nlohmann::ordered_json&)> set;
 };
 
+/// At most `most` of the values, evenly spaced, including the first and the last.
+template <class T>
+std::vector<T> thinned(std::vector<T> values, std::size_t most) {
+  if (values.size() <= most || most < 2) return values;
+  std::vector<T> some;
+  for (std::size_t i = 0; i < most; ++i)
+    some.push_back(values[i * (values.size() - 1) / (most - 1)]);
+  return some;
+}
+
 const std::vector<TradeKnob>& trade_knobs();
 
 nlohmann::ordered_json json_of(const TradeKnobs& knobs);

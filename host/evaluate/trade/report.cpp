@@ -1,9 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <array>
-#include <cstdio>
 #include <nlohmann/json.hpp>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/device_json.hpp"
 #include "host/evaluate/trade/knobs.hpp"
@@ -17,12 +17,6 @@ using Json = nlohmann::ordered_json;
 
 /// Stages shown in the CSV and the text; the JSON has more stages.
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
-
-std::string format(const char* how, auto... values) {
-  std::array<char, 512> text;
-  std::snprintf(text.data(), text.size(), how, values...);
-  return text.data();
-}
 
 /// The reasons why a row was measured: "draft", "wrp.padding = 2", "together"; and "frontier" when
 /// it lies there.
@@ -145,8 +139,9 @@ std::string trade_json(const Trade& trade) {
   Json json{{"raywave", version},
             {"date", today()},
             {"of", trade.of},
-            {"scene", trade.scene.file.filename().string()},
-            {"resolution", {trade.scene.hologram.resolution.x, trade.scene.hologram.resolution.y}},
+            {"scene", trade.scenes[0].file.filename().string()},
+            {"resolution",
+             {trade.scenes[0].hologram.resolution.x, trade.scenes[0].hologram.resolution.y}},
             {"grid", {trade.grid.x, trade.grid.y}},
             {"device", json_of(trade.device)},
             {"pictures",
@@ -234,7 +229,7 @@ std::string trade_text(const Trade& trade) {
   std::string text = format(
       "%s on %s; PSNR and SSIM at %s, mean of %zu depths; times of samples, trace, propagate and "
       "encode\n\n",
-      trade.scene.file.filename().c_str(), trade.device.name.c_str(),
+      trade.scenes[0].file.filename().c_str(), trade.device.name.c_str(),
       length_text(trade.resolution_m).c_str(), trade.pictures.depths_m.size());
   // A line for a row: its figures, or why it has none
   const auto add = [&](const std::string& name, const TradeRow& row) {

@@ -1,10 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
-#include "host/encode/shown.hpp"
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
@@ -31,16 +31,19 @@ void append_bytes(std::string& text, const std::vector<T>& values) {
 
 /// Hash of all data that the figures of a configuration depend on, except the configuration itself.
 std::string digits_of(const Trade& trade, const World& world) {
-  auto scene = json_of(with_knobs(trade.scene, {}));
-  scene.erase("file");
+  std::string all;
+  for (const auto& laser : with_knobs(trade.scenes, {})) {
+    auto scene = json_of(laser);
+    scene.erase("file");
+    all += scene.dump();
+  }
   const auto& p = trade.pictures;
   const Json pictures{p.depths_m,  {p.window_m->x, p.window_m->y},
                       *p.blur_m,   p.square_px,
                       p.border_px, p.lens_points,
                       p.views,     p.against_points};
   const auto& d = trade.device;
-  std::string all = scene.dump() + pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver +
-                    '\n' + version;
+  all += pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver + '\n' + version;
   append_bytes(all, world.positions);
   append_bytes(all, world.normals);
   append_bytes(all, world.uvs);
@@ -94,20 +97,22 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
   return sum;
 }
 
-TradeBench::TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec)
-    : device_(device),
-      spec_(spec),
-      files_(load_files(scene)),
-      world_(place_objects(scene, files_.meshes, files_.textures)) {
-  trade_.scene = scene;
+TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, const TradeSpec& spec)
+    : device_(device), spec_(spec), world_(build_world(scenes.at(0))) {
+  trade_.scenes = std::move(scenes);
   trade_.device = device.info();
-  const auto plan = make_plan(scene, world_);
+  glm::dvec2 all_m(0);
+  for (const auto& scene : trade_.scenes) {
+    const auto plan = make_plan(scene, world_);
+    trade_.resolution_m = std::max(trade_.resolution_m, wanted_resolution_m(scene, plan));
+    all_m = glm::max(all_m, glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
+  }
+  const auto plan = make_plan(trade_.scenes[0], world_);
   trade_.grid = plan.grid;
-  trade_.resolution_m = wanted_resolution_m(scene, plan);
   auto& pictures = trade_.pictures;
   pictures = spec.pictures;
   if (pictures.depths_m.empty()) pictures.depths_m = quality_depths_m(plan);
-  if (!pictures.window_m) pictures.window_m = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
+  if (!pictures.window_m) pictures.window_m = all_m;
   pictures.blur_m = blur_of_resolution * trade_.resolution_m;
   pictures.square_px =
       std::max(1, static_cast<int>(*pictures.blur_m / plan.pitch_m.x / squares_in_blur));
@@ -191,26 +196,26 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   }
   RenderOptions how;
   how.fft = rows.back().knobs.fft;
-  const auto scene = with_knobs(trade_.scene, rows.back().knobs);
+  const auto scenes = with_knobs(trade_.scenes, rows.back().knobs);
   // Pictures and figures of all rows come from the rendering with the most frames.
   {
     // Each row has its own cl::Device, whose memory peak is that of the row.
-    Renderer renderer(cl::Device(device_.info()), scene, files_, how);
-    const auto rendered = renderer.render();
+    const cl::Device device(device_.info());
+    Renderer renderer(device, scenes, world_, how);
+    const auto rendered = rendered_of(device, scenes, renderer.render_lasers(), true);
     auto pictures = trade_.pictures;
     pictures.views &= rows.back().thorough;
-    const auto shown = shown_field(*rendered.panel, rendered.levels);
-    const auto looks = assess_frames(device_, scene, world_, {rendered.field, shown}, frames, how,
-                                     pictures, seen_by_lens_);
+    const auto looks =
+        assess_frames(device_, scenes, world_, rendered, frames, how, pictures, seen_by_lens_);
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (const auto& look : looks[i].rows) {
-        const auto& f = look.figures;
+        const auto& f = look.figures.luminance;
         rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a,
-                                    f.contrast_b, look.field_figures.psnr_db});
+                                    f.contrast_b, look.field_figures.luminance.psnr_db});
       }
     }
     if (pictures.against_points && rows.back().thorough) {
-      const auto figures = compare_with_points(device_, scene, world_, rendered.field, how);
+      const auto figures = compare_with_points(device_, scenes, world_, rendered, how);
       for (auto& row : rows) {
         row.correlation = figures.correlation;
         row.field_error = figures.error;
@@ -221,9 +226,9 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
   // The other rows are only timed.
   how.keep_field = false;
   for (std::size_t i = 0; i + 1 < rows.size(); ++i) {
-    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scene, rows[i].knobs), files_,
+    Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scenes, rows[i].knobs), world_,
                       how);
-    renderer.render();  // warms up
+    renderer.render_lasers();  // warms up
     time(rows[i], renderer);
   }
   for (std::size_t i = 0; i < rows.size(); ++i) trade_.rows[some[i]] = std::move(rows[i]);
@@ -237,22 +242,23 @@ void TradeBench::time(TradeRow& row, Renderer& renderer) const {
     if (watch.wall_s() > long_s) return true;
     return renders >= most_renders || (renders >= fewest_renders && watch.wall_s() > enough_s);
   };
-  RenderResult result;
   do {
-    const auto& objects = trade_.scene.objects;
+    const auto& objects = trade_.scenes[0].objects;
     for (std::size_t i = 0; i < objects.size(); ++i)
       renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg);
-    result = renderer.render();
-    for (const auto& [stage, seconds] : result.seconds) wall_s[stage].push_back(seconds);
-    for (const auto& [stage, seconds] : result.processor_seconds)
+    const auto lasers = renderer.render_lasers();
+    for (const auto& [stage, seconds] : sum_of_stages(lasers, &RenderResult::seconds))
+      wall_s[stage].push_back(seconds);
+    for (const auto& [stage, seconds] : sum_of_stages(lasers, &RenderResult::processor_seconds))
       processor_s[stage].push_back(seconds);
+    row.samples = 0;
+    for (const auto& laser : lasers) row.samples += laser.samples;
+    row.device_bytes = lasers.back().device_peak_bytes;
     ++row.renders;
   } while (!is_enough(row.renders));
   for (const auto& [stage, seconds] : wall_s)
     row.stages[stage] = {spread_of(seconds).median, spread_of(processor_s[stage]).median};
   row.time_s = trade_time_s(row, trade_.device);
-  row.samples = result.samples;
-  row.device_bytes = result.device_peak_bytes;
 }
 
 ColourPicture TradeBench::sheet(const Progress& progress) {
@@ -260,7 +266,8 @@ ColourPicture TradeBench::sheet(const Progress& progress) {
   const auto depths = trade_.pictures.depths_m.size();
   auto what = trade_.pictures;
   what.views = false;
-  std::vector<std::vector<Image>> cells(depths);  // one row per depth: lens, then configurations
+  std::vector<std::vector<std::vector<Image>>> cells(
+      depths);  // one row per depth: lens, then configurations
   for (std::size_t i = 0; i < columns.size(); ++i) {
     const auto& knobs = trade_.rows[columns[i]].knobs;
     if (progress)
@@ -268,18 +275,16 @@ ColourPicture TradeBench::sheet(const Progress& progress) {
                static_cast<double>(i) / static_cast<double>(columns.size()));
     RenderOptions how;
     how.fft = knobs.fft;
-    const auto scene = with_knobs(trade_.scene, knobs);
-    const auto rendered = render(device_, scene, world_, how);
-    const auto shown = shown_field(*rendered.panel, rendered.levels);
-    const auto look = assess_frames(device_, scene, world_, {rendered.field, shown}, {shown.frames},
-                                    how, what, seen_by_lens_)
+    const auto scenes = with_knobs(trade_.scenes, knobs);
+    const auto look = assess_frames(device_, scenes, world_, render(device_, scenes, world_, how),
+                                    {knobs.frames}, how, what, seen_by_lens_)
                           .front();
     for (std::size_t row = 0; row < depths; ++row) {
       if (i == 0) cells[row].push_back(look.rows[row].lens);
       cells[row].push_back(look.rows[row].hologram);
     }
   }
-  return grey_sheet(cells, trade_sheet_cell_px);
+  return picture_sheet(cells, trade_sheet_cell_px);
 }
 
 std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {
@@ -305,13 +310,7 @@ std::size_t fastest_as_accurate(const std::vector<TradeRow>& rows, std::size_t r
 }
 
 std::vector<std::size_t> sheet_rows(const Trade& trade) {
-  const auto frontier = trade_frontier(trade.rows);
-  constexpr std::size_t most = 7;
-  if (frontier.size() <= most) return frontier;
-  std::vector<std::size_t> some;
-  for (std::size_t i = 0; i < most; ++i)
-    some.push_back(frontier[i * (frontier.size() - 1) / (most - 1)]);
-  return some;
+  return thinned(trade_frontier(trade.rows), 7);
 }
 
 }  // namespace raywave

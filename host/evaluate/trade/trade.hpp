@@ -34,9 +34,9 @@ struct TradeKnobs {
   bool operator==(const TradeKnobs&) const = default;
 };
 
-Scene with_knobs(Scene scene, const TradeKnobs& knobs);
+std::vector<Scene> with_knobs(std::vector<Scene> scenes, const TradeKnobs& knobs);
 
-/// Medians over the renders of a row, in seconds.
+/// Medians over the renders of a row, in seconds of all lasers together.
 struct TradeTime {
   double wall_s = 0;
   double processor_s = 0;  // of all threads of this process
@@ -83,9 +83,10 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 struct TradePreset {
   Preset preset = Preset::balanced;
   std::size_t row = 0;
+  // Times and device memory of all lasers together, and the mean PSNR of what each shows
   PredictedTimes predicted;
   double predicted_psnr_db = 0;
-  std::uint64_t predicted_bytes = 0;  // of device memory
+  std::uint64_t predicted_bytes = 0;
 };
 
 /// One knob at a value other than the base's. sampling.mode, source and shape count as one knob.
@@ -96,7 +97,7 @@ struct TradeStep {
 
 /// The configurations to measure, and the measurements so far.
 struct Trade {
-  Scene scene;
+  std::vector<Scene> scenes;  // of all lasers
   cl::DeviceInfo device;
   QualitySpec pictures;  // how all rows are looked at: same depths, window and blur
   double resolution_m = 0;
@@ -129,7 +130,7 @@ class TradeBench {
 public:
   /// throws  InputError for the scene, or one that gives sampling.mode "fan", of which nothing can
   ///         be predicted
-  TradeBench(const cl::Device& device, const Scene& scene, const TradeSpec& spec);
+  TradeBench(const cl::Device& device, std::vector<Scene> scenes, const TradeSpec& spec);
 
   const Trade& trade() const { return trade_; }
 
@@ -155,10 +156,9 @@ private:
 
   cl::Device device_;
   TradeSpec spec_;
-  SceneFiles files_;
   World world_;
   Trade trade_;
-  std::vector<Image> seen_by_lens_;  // as rows look: depths, then sides
+  LensPictures seen_by_lens_;  // as rows look: depths, then sides
 };
 
 /// The Pareto frontier: rows that no other row beats in time without a lower PSNR, or in PSNR
