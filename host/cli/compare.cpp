@@ -4,7 +4,6 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
-#include <optional>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -13,6 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
@@ -68,9 +68,38 @@ void print_field_table(const FieldStack& a, const FieldComparison& c) {
   std::printf("energy of B / A    %.6g\n", c.energy_ratio);
 }
 
-void print_picture_table(const Image& a, const PictureOptions& how, const PictureComparison& c) {
-  std::printf("pictures           %d x %d, blur %.4g px, border %d px, compared as %s\n", a.width,
-              a.height, how.blur_px, how.border_px, name_of(how.domain));
+/// Pictures that are compared by their luminances, where one of them is in colour.
+struct Compared {
+  ColourComparison figures;  // of grey pictures, the luminance alone
+  bool in_colour = false;
+  int width = 0, height = 0;
+};
+
+/// Whether a picture is in colour; not where its reading fails (which load_grey tells).
+bool is_in_colour(const std::string& file) {
+  try {
+    return !is_grey(load_rgb(file, ""));
+  } catch (const InputError&) {
+    return false;
+  }
+}
+
+Compared compare_files(const std::string& a, const std::string& b, const PictureOptions& how) {
+  if (is_in_colour(a) || is_in_colour(b)) {
+    const auto reference = load_rgb(a, "");
+    return {compare_colours(reference, load_rgb(b, ""), how), true, reference.width(),
+            reference.height()};
+  }
+  const auto reference = load_grey(a, "");
+  Compared grey{{}, false, reference.width, reference.height};
+  grey.figures.luminance = compare_pictures(reference, load_grey(b, ""), how);
+  return grey;
+}
+
+void print_picture_table(const Compared& compared, const PictureOptions& how) {
+  const auto& c = compared.figures.luminance;
+  std::printf("pictures           %d x %d, blur %.4g px, border %d px, compared as %s\n",
+              compared.width, compared.height, how.blur_px, how.border_px, name_of(how.domain));
   std::printf("PSNR               %.2f dB\n", c.psnr_db);
   std::printf("SSIM               %.4f\n", c.ssim);
   std::printf("scale of B to A    %.6g\n", c.scale);
@@ -80,21 +109,17 @@ void print_picture_table(const Image& a, const PictureOptions& how, const Pictur
                 how.region->x, how.region->y);
   else
     std::printf("\n");
+  if (!compared.in_colour) return;
+  std::printf("                   (of the luminances)\n");
+  std::printf("Delta E 2000       mean %.3f, median %.3f, 95 %% within %.3f, largest %.3f\n",
+              compared.figures.mean, compared.figures.median, compared.figures.most_of_95,
+              compared.figures.most);
 }
 
-Json json_of(const FieldStack& a, const FieldComparison& c) {
-  return {{"kind", "fields"},
-          {"size", {a.nx, a.ny}},
-          {"frames", a.frames},
-          {"correlation", c.correlation},
-          {"relative_error", c.error},
-          {"relative_error_scaled", c.error_scaled},
-          {"energy_ratio", c.energy_ratio}};
-}
-
-Json json_of(const Image& a, const PictureOptions& how, const PictureComparison& c) {
-  Json json{{"kind", "pictures"},
-            {"size", {a.width, a.height}},
+Json json_of(const Compared& compared, const PictureOptions& how) {
+  const auto& c = compared.figures.luminance;
+  Json json{{"kind", compared.in_colour ? "colour pictures" : "pictures"},
+            {"size", {compared.width, compared.height}},
             {"blur_px", how.blur_px},
             {"border_px", how.border_px},
             {"domain", name_of(how.domain)},
@@ -104,36 +129,8 @@ Json json_of(const Image& a, const PictureOptions& how, const PictureComparison&
             {"speckle_contrast", {{"a", c.contrast_a}, {"b", c.contrast_b}}}};
   if (how.region)
     json["region"] = {how.region->x, how.region->y, how.region->width, how.region->height};
+  if (compared.in_colour) json["delta_e_2000"] = delta_e_json(compared.figures);
   return json;
-}
-
-/// Two pictures in colour.
-ColourComparison compare_in_colour(const RgbPicture& a, const RgbPicture& b,
-                                   const PictureOptions& how, bool prints, Json& json) {
-  auto comparison = compare_colours(a, b, how);
-  json = json_of(a.channels[0], how, comparison.luminance);
-  json["kind"] = "colour pictures";
-  json["delta_e_2000"] = {{"mean", comparison.mean},
-                          {"median", comparison.median},
-                          {"percentile_95", comparison.most_of_95},
-                          {"largest", comparison.most}};
-  if (prints) {
-    print_picture_table(a.channels[0], how, comparison.luminance);
-    std::printf("                   (of the luminances)\n");
-    std::printf("Delta E 2000       mean %.3f, median %.3f, 95 %% within %.3f, largest %.3f\n",
-                comparison.mean, comparison.median, comparison.most_of_95, comparison.most);
-  }
-  return comparison;
-}
-
-/// A picture in colour; none where it is grey, or where its reading fails (which load_grey tells).
-std::optional<RgbPicture> in_colour(const std::string& file) {
-  try {
-    auto picture = load_rgb(file, "");
-    if (!is_grey(picture)) return picture;
-  } catch (const InputError&) {
-  }
-  return {};
 }
 
 void run_compare(const CompareArguments& options) {
@@ -152,7 +149,8 @@ void run_compare(const CompareArguments& options) {
       throw InputError("--blur, --border, --region and --domain are for pictures, not for fields");
     const auto a = load_field(options.a), b = load_field(options.b);
     auto comparison = compare_fields(a, b);
-    json = json_of(a, comparison);
+    json = {{"kind", "fields"}, {"size", {a.nx, a.ny}}, {"frames", a.frames}};
+    json.update(raywave::json_of(comparison));
     if (options.report.prints_text()) print_field_table(a, comparison);
     difference = std::move(comparison.difference);
   } else {
@@ -160,21 +158,10 @@ void run_compare(const CompareArguments& options) {
     if (!options.region.empty())
       how.region =
           Region{options.region[0], options.region[1], options.region[2], options.region[3]};
-    const auto rgb_a = in_colour(options.a), rgb_b = in_colour(options.b);
-    if (rgb_a || rgb_b) {
-      const auto whole = [](const std::optional<RgbPicture>& known, const std::string& file) {
-        return known ? *known : load_rgb(file, "");
-      };
-      difference = compare_in_colour(whole(rgb_a, options.a), whole(rgb_b, options.b), how,
-                                     options.report.prints_text(), json)
-                       .luminance.difference;
-    } else {
-      const auto a = load_grey(options.a, ""), b = load_grey(options.b, "");
-      auto comparison = compare_pictures(a, b, how);
-      json = json_of(a, how, comparison);
-      if (options.report.prints_text()) print_picture_table(a, how, comparison);
-      difference = std::move(comparison.difference);
-    }
+    auto compared = compare_files(options.a, options.b, how);
+    json = json_of(compared, how);
+    if (options.report.prints_text()) print_picture_table(compared, how);
+    difference = std::move(compared.figures.luminance.difference);
   }
   if (!options.out.empty()) {
     const auto file = std::filesystem::path(options.out) / "difference.png";

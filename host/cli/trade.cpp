@@ -63,7 +63,7 @@ void run_trade(const TradeArguments& options) {
         (known ? ": " + std::to_string(*known) + " rows taken over"
                : ": of another scene, device, version or way of looking; starting anew"));
   }
-  ColourPicture sheet;
+  Sheet sheet;
   {
     ProgressBar bar(options.report.quiet);
     const auto progress = [&](const std::string& what, double share) { bar.show(what, share); };

@@ -323,15 +323,15 @@ FieldStack first_frames(const Rendered& rendered) {
   return all;
 }
 
-ColourPicture empty_sheet(int columns, int rows, glm::ivec2 cell) {
-  ColourPicture sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
-                      rows * (cell.y + sheet_gap_px) - sheet_gap_px,
-                      {}};
+Sheet empty_sheet(int columns, int rows, glm::ivec2 cell) {
+  Sheet sheet{columns * (cell.x + sheet_gap_px) - sheet_gap_px,
+              rows * (cell.y + sheet_gap_px) - sheet_gap_px,
+              {}};
   sheet.rgb.assign(std::size_t{3} * sheet.width * sheet.height, 128);
   return sheet;
 }
 
-void put_cell(ColourPicture& sheet, int column, int row, glm::ivec2 cell,
+void put_cell(Sheet& sheet, int column, int row, glm::ivec2 cell,
               const std::vector<std::uint8_t>& rgb) {
   for (int y = 0; y < cell.y; ++y) {
     const std::size_t left = std::size_t{1} * (row * (cell.y + sheet_gap_px) + y) * sheet.width +
@@ -416,8 +416,8 @@ std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& las
   return sums;
 }
 
-ColourPicture picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px,
-                            int free_columns, double* white) {
+Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px, int free_columns,
+                    double* white) {
   // All pictures form one tall image, so that they share an exposure.
   RgbPicture all;
   std::size_t columns = 0;
@@ -452,7 +452,7 @@ ColourPicture picture_sheet(const std::vector<std::vector<ImageList>>& rows, int
   return sheet;
 }
 
-ColourPicture contact_sheet(const QualityResult& result) {
+Sheet contact_sheet(const QualityResult& result) {
   std::vector<std::vector<ImageList>> pictures;
   for (const auto& row : result.rows) pictures.push_back({row.lens, row.hologram});
   double white = 0;
@@ -465,6 +465,13 @@ ColourPicture contact_sheet(const QualityResult& result) {
              diverging_colours(difference, sheet_full_difference * white));
   }
   return sheet;
+}
+
+Json json_of(const FieldComparison& figures) {
+  return {{"correlation", figures.correlation},
+          {"relative_error", figures.error},
+          {"relative_error_scaled", figures.error_scaled},
+          {"energy_ratio", figures.energy_ratio}};
 }
 
 Json delta_e_json(const ColourComparison& figures) {
@@ -488,29 +495,24 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
             {"blur_px", result.blur_px},
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
-  const auto json_of = [&](const ColourComparison& figures) {
+  const auto figures_json = [&](const ColourComparison& figures) {
     Json told{{"psnr_db", figures.luminance.psnr_db}, {"ssim", figures.luminance.ssim}};
     if (is_colour) told["delta_e_2000"] = delta_e_json(figures);
     return told;
   };
   for (const auto& row : result.rows) {
     Json told{{"z_m", row.z_m}, {"view", row.view}};
-    told.update(json_of(row.figures));
+    told.update(figures_json(row.figures));
     told.update({{"scale", row.figures.scale},
                  {"light_share", row.light_share},
                  {"haze", row.haze ? Json(*row.haze) : Json()},
-                 {"field", json_of(row.field_figures)},
+                 {"field", figures_json(row.field_figures)},
                  {"speckle_contrast",
                   {{"lens", row.figures.luminance.contrast_a},
                    {"hologram", row.figures.luminance.contrast_b}}}});
     json["rows"].push_back(std::move(told));
   }
-  if (result.against_points) {
-    json["against_points"] = {{"correlation", result.against_points->correlation},
-                              {"relative_error", result.against_points->error},
-                              {"relative_error_scaled", result.against_points->error_scaled},
-                              {"energy_ratio", result.against_points->energy_ratio}};
-  }
+  if (result.against_points) json["against_points"] = json_of(*result.against_points);
   json["seconds"] = result.seconds;
   json["render"] =
       report_json(scenes, result.render, std::vector<LaserFiles>(scenes.size()), device, how.fft);

@@ -130,7 +130,7 @@ std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& las
                                             std::map<std::string, double> RenderResult::*seconds);
 
 /// 8-bit RGB, interleaved.
-struct ColourPicture {
+struct Sheet {
   int width = 0, height = 0;
   std::vector<std::uint8_t> rgb;
 };
@@ -146,16 +146,16 @@ constexpr double sheet_full_difference = 0.25;
 ///
 /// rows          each picture has one channel, or linear red, green and blue
 /// free_columns  left grey, on the right
-ColourPicture picture_sheet(const std::vector<std::vector<std::vector<Image>>>& rows,
-                            int cell_px = sheet_cell_px, int free_columns = 0,
-                            double* white = nullptr);
+Sheet picture_sheet(const std::vector<std::vector<std::vector<Image>>>& rows,
+                    int cell_px = sheet_cell_px, int free_columns = 0, double* white = nullptr);
 
 /// Rows as in the result; columns: lens, hologram, difference. One exposure serves all rows: 99.5 %
 /// of the pixels of lens and hologram stay below white. The difference is red where the hologram is
 /// brighter, blue where it is darker, full at sheet_full_difference of white.
-ColourPicture contact_sheet(const QualityResult& result);
+Sheet contact_sheet(const QualityResult& result);
 
-/// The Delta E of all pixels.
+/// What compared fields and the colours of compared pictures have in all reports.
+nlohmann::ordered_json json_of(const FieldComparison& figures);
 nlohmann::ordered_json delta_e_json(const ColourComparison& figures);
 
 /// All figures as JSON, with report_json as "render".

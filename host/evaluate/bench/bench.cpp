@@ -211,14 +211,9 @@ Bench::Bench(const cl::DeviceInfo& device, BenchOptions options)
 
 BenchRow Bench::run(const BenchCase& what) {
   BenchRow row;
-  row.group = what.group;
-  row.name = what.name;
-  row.scenes = what.scenes;
-  row.method = what.method;
-  row.share = what.share;
-  row.target = what.target;
+  static_cast<BenchCase&>(row) = what;
   try {
-    measure(what, row);
+    measure(row);
   } catch (const std::exception& error) {
     row.note = error.what();
     row.frames.clear();
@@ -226,20 +221,19 @@ BenchRow Bench::run(const BenchCase& what) {
   return row;
 }
 
-void Bench::measure(const BenchCase& what, BenchRow& row) {
+void Bench::measure(BenchRow& row) {
   // A case may measure only a strip of the hologram's rows; times are scaled by `factor`.
-  auto scenes = what.scenes;
-  const int all_rows = scenes.at(0).hologram.resolution.y,
-            rows = std::max(1, all_rows / what.share);
+  auto scenes = row.scenes;
+  const int all_rows = scenes.at(0).hologram.resolution.y, rows = std::max(1, all_rows / row.share);
   const double factor = static_cast<double>(all_rows) / rows;
   for (auto& scene : scenes) scene.hologram.resolution.y = rows;
   const auto world_of = [&](const Scene& scene) {
-    return what.meshes ? place_objects(scene, *what.meshes, load_textures(scene))
-                       : build_world(scene);
+    return row.meshes ? place_objects(scene, *row.meshes, load_textures(scene))
+                      : build_world(scene);
   };
   RenderOptions how;
-  how.method = what.method;
-  how.rays_per_axis = what.rays_per_axis;
+  how.method = row.method;
+  how.rays_per_axis = row.rays_per_axis;
   how.fft = options_.fft;
   how.keep_field = scenes.size() > 1;  // which decides the lasers' powers
 
@@ -279,19 +273,18 @@ void Bench::measure(const BenchCase& what, BenchRow& row) {
     if (!laser.plan.aimed)
       row.rays += static_cast<std::uint64_t>(
           std::llround(static_cast<double>(primary_rays(laser.plan)) * factor));
-    if (what.share == 1) add_work(laser.plan, what.method, options_.fft, row.work);
+    if (row.share == 1) add_work(laser.plan, row.method, options_.fft, row.work);
   }
   const auto& plan = result.lasers[0].plan;
   row.grid = plan.grid;
   row.padded = plan.compact ? plan.compact->size : plan.padded;
 
   // The quality of the whole holograms, which are rendered again with their fields
-  const auto world = world_of(what.scenes[0]);
+  const auto world = world_of(row.scenes[0]);
   row.triangles = world.triangles.size();
-  if (!options_.quality || what.share != 1) return;
+  if (!options_.quality || row.share != 1) return;
   how.keep_field = true;
-  row.quality =
-      quality_of(what.scenes, world, render(cl::Device(device_), what.scenes, world, how));
+  row.quality = quality_of(row.scenes, world, render(cl::Device(device_), row.scenes, world, how));
 }
 
 BenchQuality Bench::quality_of(const std::vector<Scene>& scenes, const World& world,

@@ -108,12 +108,8 @@ struct BenchQuality {
   double psnr_db = 0, ssim = 0, z_m = 0, blur_m = 0;
 };
 
-struct BenchRow {
-  std::string group, name;
-  std::vector<Scene> scenes;  // of all lasers; none of a peer
-  Method method = Method::wrp;
-  int share = 1;
-  BenchTarget target;
+/// A case and its measurements; those of a peer have no scenes.
+struct BenchRow : BenchCase {
   std::size_t triangles = 0;
   // Of all lasers together, like work; rays are the primary ones of a frame, counted for fans only
   int samples = 0, hidden_samples = 0;
@@ -159,7 +155,7 @@ public:
   BenchQuality quality_of(const std::vector<Scene>& scenes, const World& world, Rendered rendered);
 
 private:
-  void measure(const BenchCase& what, BenchRow& row);
+  void measure(BenchRow& row);
 
   cl::DeviceInfo device_;
   BenchOptions options_;

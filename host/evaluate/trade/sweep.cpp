@@ -261,7 +261,7 @@ void TradeBench::time(TradeRow& row, Renderer& renderer) const {
   row.time_s = trade_time_s(row, trade_.device);
 }
 
-ColourPicture TradeBench::sheet(const Progress& progress) {
+Sheet TradeBench::sheet(const Progress& progress) {
   const auto columns = sheet_rows(trade_);
   const auto depths = trade_.pictures.depths_m.size();
   auto what = trade_.pictures;

@@ -147,7 +147,7 @@ public:
 
   /// Pictures along the frontier: columns are the lens and sheet_rows, rows the depths, with one
   /// exposure. Renders them again.
-  ColourPicture sheet(const Progress& progress = {});
+  Sheet sheet(const Progress& progress = {});
 
 private:
   std::vector<std::size_t> same_but_frames(std::size_t first) const;
