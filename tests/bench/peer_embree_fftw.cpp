@@ -17,11 +17,8 @@
 #endif
 #include <fftw3.h>
 
-#include <cmath>
-#include <complex>
 #include <cstdio>
 #include <cstring>
-#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "host/common/error.hpp"
@@ -319,8 +316,7 @@ private:
       nx[lane] = sign * normal.x;
       ny[lane] = sign * normal.y;
       nz[lane] = sign * normal.z;
-      const auto& phong = phongs_[static_cast<std::size_t>(
-          scene_.objects[world_.triangle_object[triangle]].material)];
+      const auto& phong = phongs_[scene_.objects[world_.triangle_object[triangle]].material];
       ambient[lane] = phong.ambient;
       diffuse[lane] = phong.diffuse;
       specular[lane] = phong.specular;

@@ -9,10 +9,8 @@
 // number of turns.
 #include <fftw3.h>
 
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
-#include <functional>
 #include <random>
 #include <thread>
 

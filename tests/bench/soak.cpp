@@ -8,8 +8,6 @@
 #include <cstdio>
 #include <cstdlib>
 #include <exception>
-#include <string>
-#include <vector>
 
 #include "cl/device.hpp"
 #include "host/scene/scene.hpp"

@@ -1,16 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/fft.hpp"
 
-#include <algorithm>
 #include <cmath>
-#include <complex>
 #include <functional>
-#include <memory>
-#include <random>
 
 #include "host/common/line_fft.hpp"
 #include "host/reference/propagation.hpp"
-#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 
 namespace raywave {
 using cl::FftBackend;
@@ -114,13 +110,10 @@ double tolerance(std::size_t nx, std::size_t ny) {
 
 /// Calls f for every device and every back end that serves it.
 void for_each_backend(const std::function<void(const cl::Device&, FftBackend)>& f) {
-  const auto devices = cl::list_devices();
-  REQUIRE_FALSE(devices.empty());
-  for (const auto& info : devices) {
-    const cl::Device device(info);
-    for (const auto backend : cl::all_backends) {
-      INFO(info.name << ", " << cl::name_of(backend));
-      if (cl::serves(backend, info)) f(device, backend);
+  for (const auto& device : test::all_devices()) {
+    for (const auto backend : test::backends_of(device)) {
+      INFO(device.info().name << ", " << cl::name_of(backend));
+      f(device, backend);
     }
   }
 }
@@ -152,8 +145,8 @@ TEST_CASE("both transforms equal the direct sum in double") {
 }
 
 TEST_CASE(
-    "with a live corner, forward is the transform of the zero-padded field and inverse is right in "
-    "the corner") {
+    "with a live corner, forward is the transform of the zero-padded field and inverse is right "
+    "in the corner") {
   for_each_backend([](const cl::Device& device, FftBackend backend) {
     check_against_direct_sum(device, backend, {60, 35, 31, 18});
     if (backend != FftBackend::clfft) check_against_direct_sum(device, backend, {48, 20, 17, 5});
@@ -210,17 +203,12 @@ TEST_CASE("sizes that are not positive, or live parts beyond the plane, are erro
   });
 }
 
-TEST_CASE("a size that clFFT cannot do is an error that says which it can") {
-  for (const auto& info : cl::list_devices()) {
-    if (!cl::serves(FftBackend::clfft, info)) continue;
-    std::string message = "none";
-    try {
-      cl::make_fft(cl::Device(info), FftBackend::clfft, {17, 4, 17, 4});
-    } catch (const cl::DeviceError& error) {
-      message = error.what();
-    }
-    CHECK_THAT(message, Catch::Matchers::ContainsSubstring("products of 2, 3, 5, 7"));
-  }
+DEVICE_TEST("a size that clFFT cannot do is an error that says which it can") {
+  if (!cl::serves(FftBackend::clfft, device.info())) return;
+  CHECK_SAYS(test::device_error_of([&] {
+               cl::make_fft(device, FftBackend::clfft, {17, 4, 17, 4});
+             }),
+             "products of 2, 3, 5, 7");
 }
 
 TEST_CASE(
@@ -254,9 +242,7 @@ TEST_CASE("long lines are planned by measuring and equal the direct sum") {
 }
 
 TEST_CASE("CPUs and devices without a compiler take the host's FFT by default, others clFFT") {
-  cl::DeviceInfo device;
-  device.online_compiler = true;
-  device.kind = cl::DeviceKind::gpu;
+  cl::DeviceInfo device{.kind = cl::DeviceKind::gpu, .online_compiler = true};
   CHECK(cl::default_backend(device) == FftBackend::clfft);
   device.kind = cl::DeviceKind::cpu;
   CHECK(cl::default_backend(device) == FftBackend::host);

@@ -1,11 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs built ahead, and runs without a compiler, as on an FPGA.
-#include <sys/wait.h>
-
-#include <algorithm>
-#include <cstdlib>
-#include <fstream>
-
 #include "cl/program_folder.hpp"
 #include "host/common/npy.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
@@ -13,40 +7,34 @@
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/environment.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/opencl_spy.hpp"
-#include "tests/support/scenes.hpp"
+#include "tests/support/program.hpp"
 
 namespace raywave {
 namespace {
 
+using namespace test;
+
 namespace fs = std::filesystem;
 using Catch::Matchers::ContainsSubstring;
-using test::Environment;
-using test::mm;
-using test::um;
 
 constexpr const char* variable = "RAYWAVE_PROGRAM_DIR";
 
 /// No kernel is compiled while it lives.
 struct NoCompiler {
-  NoCompiler() { test::opencl_spy().refuse_compiler = true; }
-  ~NoCompiler() { test::opencl_spy().refuse_compiler = false; }
+  NoCompiler() { opencl_spy().refuse_compiler = true; }
+  ~NoCompiler() { opencl_spy().refuse_compiler = false; }
 };
 
 Scene small_scene(const Folder& folder) {
-  Scene scene;
-  scene.hologram = {{40, 24}, {8 * um, 8 * um}, 638e-9};
+  Scene scene{.hologram = {{40, 24}, {8 * um, 8 * um}, 638e-9}};
   scene.sampling.pitch_m = 40 * um;
   scene.sampling.frames = 2;
-  Material ball;
-  ball.specular = glm::dvec3(0.4);
+  Material ball{.specular = glm::dvec3(0.4)};
   scene.materials = {ball};
-  scene.objects = {
-      test::object_at(folder.write("ball.obj", test::ball_obj(6, 4)), 0.2 * mm, {0, 0, 10 * mm})};
+  scene.objects = {object_at(folder.write("ball.obj", ball_obj(6, 4)), 0.2 * mm, {0, 0, 10 * mm})};
   scene.lights = {Light{}};
   return scene;
 }
@@ -58,15 +46,11 @@ struct Results {
 
 Results all_of(const cl::DeviceInfo& info, const Scene& scene) {
   const cl::Device device(info);
-  RenderOptions options;
-  options.fft = cl::FftBackend::host;
+  RenderOptions options{.fft = cl::FftBackend::host};
   Results results{render(device, scene, options), {}, {}};
-  ReconstructSpec at;
-  at.z_m = 10 * mm;
+  ReconstructSpec at{.z_m = 10 * mm};
   results.shown = reconstruct(device, options.fft, results.hologram.field, scene.hologram, at);
-  LensSpec lens;
-  lens.z_m = 10 * mm;
-  lens.points = 2;
+  LensSpec lens{.z_m = 10 * mm, .points = 2};
   const auto world = build_world(scene);
   const auto& plan = results.hologram.plan;
   results.seen = lens_picture(device, plan, DeviceScene(device, world, plan), lens);
@@ -92,8 +76,7 @@ TEST_CASE(
 
     const Environment cache("RAYWAVE_CACHE_DIR", (folder / "no-cache").string());
     const NoCompiler none;
-    CHECK_THAT(test::device_error_of([&] { all_of(info, scene); }),
-               ContainsSubstring("does not compile"));
+    CHECK_SAYS(device_error_of([&] { all_of(info, scene); }), "does not compile");
 
     const Environment ahead(variable, programs.string());
     const auto offline = cl::find_device(info.index);
@@ -123,14 +106,11 @@ TEST_CASE(
     }
     const Environment ahead(variable, programs.string());
     CHECK_NOTHROW(build());
-    const auto missing = test::device_error_of([&] {
+    const auto missing = device_error_of([&] {
       cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::lanes, "4"}});
     });
-    CHECK_THAT(missing, ContainsSubstring((programs / "encode-").string()) &&
-                            ContainsSubstring(".bin is missing") &&
-                            ContainsSubstring("-DRAYWAVE_LANES=4") &&
-                            ContainsSubstring("raywave kernels -o " + programs.string() +
-                                              " --device " + info.index));
+    CHECK_SAYS(missing, (programs / "encode-").string(), ".bin is missing", "-DRAYWAVE_LANES=4",
+               "raywave kernels -o " + programs.string() + " --device " + info.index);
 
     fs::path binary;
     for (const auto& entry : fs::directory_iterator(programs)) {
@@ -141,15 +121,13 @@ TEST_CASE(
     auto damaged = whole;
     damaged[whole.size() / 2] = static_cast<char>(damaged[whole.size() / 2] ^ 1);
     std::ofstream(binary, std::ios::binary) << damaged;
-    CHECK_THAT(test::device_error_of(build),
-               ContainsSubstring(binary.string()) && ContainsSubstring("damaged"));
+    CHECK_SAYS(device_error_of(build), binary.string(), "damaged");
     std::ofstream(binary, std::ios::binary) << whole;
     CHECK_NOTHROW(build());
     if (info.platform == "rusticl") continue;  // Mesa 22.3 aborts at what is no program
     fs::remove(programs / "manifest.tsv");
     std::ofstream(binary, std::ios::binary) << "no program at all";
-    CHECK_THAT(test::device_error_of(build),
-               ContainsSubstring(binary.string()) && ContainsSubstring("does not load"));
+    CHECK_SAYS(device_error_of(build), binary.string(), "does not load");
   }
 }
 
@@ -162,9 +140,9 @@ TEST_CASE(
     if (info.platform != "Portable Computing Language") continue;
     INFO(info.name);
     const auto passes = [&] {
-      test::opencl_spy().largest_group = 0;
+      opencl_spy().largest_group = 0;
       CHECK(selftest::cos_sin_error(cl::Device(info), 1, turns) <= selftest::cos_sin_bound);
-      return test::opencl_spy().largest_group;
+      return opencl_spy().largest_group;
     };
     if (!info.driver.starts_with("6.")) CHECK(passes() > 1);
     info.driver = "6.0, as a test has it";
@@ -181,40 +159,32 @@ TEST_CASE(
 }
 
 TEST_CASE(
-    "raywave kernels -o makes all that raywave render needs, and without it render says what "
-    "is missing") {
-  const Folder folder;
-  folder.write("square.obj", test::square_obj());
-  folder.write(
-      "scene.toml",
-      "[hologram]\nresolution = [32, 20]\npitch = \"4 um\"\n[sampling]\npitch = \"20 "
-      "um\"\n[[light]]\ndirection = [0, 0, 1]\n"
-      "[[object]]\nmesh = \"square.obj\"\nwidth = \"0.1 mm\"\nposition = [0, 0, \"10 mm\"]\n");
-  const auto file = [&](const char* name) { return "'" + (folder / name).string() + "'"; };
-  const auto run = [&](const std::string& line) {
-    const int status = std::system(
-        (line + " >" + file("out.txt") + " 2>" + file("error.txt") + " </dev/null").c_str());
-    return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
-  };
-  const std::string program = std::string("'") + RAYWAVE_PROGRAM + "'";
+    "raywave kernels -o makes all that raywave render needs, and without it render says what is "
+    "missing") {
+  const Desk desk;
+  const auto file = [&](const char* name) { return "'" + desk.file(name) + "'"; };
+  const auto run = [&](const std::string& line) { return desk.shell(line).code; };
+  const std::string program = "$RAYWAVE";
   const std::string offline = "RAYWAVE_PROGRAM_DIR=" + file("programs") +
                               " RAYWAVE_CACHE_DIR=" + file("cache") + " " + program;
 
   CHECK(run(program + " render " + file("scene.toml") + " -o " + file("usual")) == 0);
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("none")) == 3);
-  CHECK_THAT(bytes_of(folder / "error.txt"), ContainsSubstring(".bin is missing"));
-  CHECK_FALSE(fs::exists(folder / "none"));
+  CHECK_SAYS(bytes_of(desk.file("stderr")), ".bin is missing");
+  CHECK_FALSE(fs::exists(desk.folder() / "none"));
 
   CHECK(run(program + " kernels -o " + file("programs") + " " + file("scene.toml")) == 0);
   CHECK(run(offline + " render " + file("scene.toml") + " -o " + file("ahead")) == 0);
-  CHECK(bytes_of(folder / "ahead" / "field.npy") == bytes_of(folder / "usual" / "field.npy"));
-  CHECK(bytes_of(folder / "ahead" / "hologram.png") == bytes_of(folder / "usual" / "hologram.png"));
+  CHECK(bytes_of(desk.folder() / "ahead" / "field.npy") ==
+        bytes_of(desk.folder() / "usual" / "field.npy"));
+  CHECK(bytes_of(desk.folder() / "ahead" / "hologram.png") ==
+        bytes_of(desk.folder() / "usual" / "hologram.png"));
   CHECK(run(offline + " reconstruct " + file("ahead/field.npy") + " -z 10mm -o " + file("ahead")) ==
         0);
   CHECK(run(offline + " lens " + file("scene.toml") + " -z 10mm --lens-points 2 -o " +
             file("ahead")) == 0);
   // Nothing was compiled or planned by a compiler of clFFT's
-  CHECK_FALSE(fs::exists(folder / "cache"));
+  CHECK_FALSE(fs::exists(desk.folder() / "cache"));
   CHECK(run(offline + " render " + file("scene.toml") + " --fft clfft -o " + file("none")) == 3);
   CHECK(run(offline + " kernels -o " + file("programs")) == 3);
 
@@ -225,12 +195,13 @@ TEST_CASE(
             " -o " + file("lasers")) == 0);
 
   CHECK(run(program + " kernels --sources -o " + file("sources") + " " + file("scene.toml")) == 0);
-  std::ifstream manifest(folder / "sources" / "manifest.tsv");
+  std::ifstream manifest(desk.folder() / "sources" / "manifest.tsv");
   int lines = 0;
   for (std::string line; std::getline(manifest, line); ++lines) {
-    CHECK_THAT(line, ContainsSubstring("\t-\t"));
-    const auto source = bytes_of(folder / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
-    CHECK_THAT(source, ContainsSubstring("__kernel"));
+    CHECK_SAYS(line, "\t-\t");
+    const auto source =
+        bytes_of(desk.folder() / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
+    CHECK_SAYS(source, "__kernel");
     CHECK_THAT(source, !ContainsSubstring("#include"));
     CHECK((line.find("RAYWAVE_LANES") == std::string::npos ||
            line.find("-DRAYWAVE_LANES=1") != std::string::npos));

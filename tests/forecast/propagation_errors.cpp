@@ -1,17 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/forecast/propagation_errors.hpp"
-
-#include <algorithm>
-
 #include "host/plan/padded_plane.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/render.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 
 namespace raywave {
 namespace {
+
+using namespace test;
 
 /// The field at the hologram from the WRPs, with the padding given.
 std::vector<std::complex<float>> at_hologram(const cl::Device& device, const RenderResult& result,
@@ -44,16 +42,14 @@ TEST_CASE("the error of every padding is predicted within a factor of 1.6") {
       {"narrow hologram, 2 x 2 WRPs", {"hologram.resolution=[240, 192]", "wrp.grid=[2, 2]"}},
       {"two layers", {"wrp.distance=['18.3 mm', '19.2 mm']"}},
   };
-  const auto found = test::all_devices();
+  const auto found = all_devices();
   for (const auto& c : cases) {
     auto set = c.set;
     set.insert(set.end(), {"sampling.frames=1", "wrp.propagation=spectrum"});
     const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", set);
     const auto world = build_world(scene);
     for (const auto& device : found) {
-      RenderOptions options;
-      options.keep_wrps = true;
-      const auto result = render(device, scene, options);
+      const auto result = render(device, scene, RenderOptions{.keep_wrps = true});
       const auto& plan = result.plan;
       INFO(c.name);
       // FFTW may have learnt another way to transform since.
@@ -65,8 +61,7 @@ TEST_CASE("the error of every padding is predicted within a factor of 1.6") {
             reference::to_double(at_hologram(device, result, padding)), exact);
         const double predicted =
             predicted_padding_errors(plan, {padded_size(plan.size, padding)})[0];
-        INFO(device.info().name << ", " << c.name << ", padding " << padding << ": measured "
-                                << measured << ", predicted " << predicted);
+        CAPTURE(device.info().name, c.name, padding, measured, predicted);
         CHECK(predicted <= std::max(1.5 * measured, 0.003));
         CHECK(predicted >= measured / 1.6);
       }

@@ -3,7 +3,6 @@
 // or spin there (Debian's does, on damaged files); the fuzzer sees no coverage of it. The target
 // fails on a crash or a hang in this process, or on an invalid mesh. The first byte selects the
 // format.
-#include <array>
 #include <fstream>
 
 #include "tests/fuzz/fuzz.hpp"

@@ -2,8 +2,6 @@
 // load_npy reads in this process: whatever bytes come, a field of finite samples or an InputError.
 #include "host/common/npy.hpp"
 
-#include <cmath>
-
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace raywave;

@@ -2,8 +2,6 @@
 // load_scene reads in this process. What follows a zero byte is an override, as --set gives it.
 #include "host/scene/scene.hpp"
 
-#include <cmath>
-
 #include "tests/fuzz/fuzz.hpp"
 
 using namespace raywave;

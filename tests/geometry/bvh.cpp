@@ -11,19 +11,15 @@
 #include <CGAL/AABB_triangle_primitive.h>
 #endif
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numeric>
-#include <random>
 
 #include "host/common/error.hpp"
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/reference/rays.hpp"
 #include "host/reference/surfaces.hpp"
-#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 
 using namespace raywave;
 using reference::Ray;
@@ -45,17 +41,23 @@ using Scene = selftest::RayCaster;
 /// Runs `f(device, lanes)` on every device with 1 lane, 8 lanes and as many as it has.
 template <class F>
 void on_every_device(F&& f) {
-  const auto devices = raywave::cl::list_devices();
-  REQUIRE_FALSE(devices.empty());
-  for (const auto& info : devices) {
+  for (const auto& device : test::all_devices()) {
     std::vector<int> lanes{1, 8};
-    if (info.float_lanes == 4 || info.float_lanes == 16) lanes.push_back(info.float_lanes);
+    const int own = device.info().float_lanes;
+    if (own == 4 || own == 16) lanes.push_back(own);
     for (const int n : lanes) {
-      INFO(info.name << ", " << n << " lanes");
-      f(raywave::cl::Device(info), n);
+      INFO(device.info().name << ", " << n << " lanes");
+      f(device, n);
     }
   }
 }
+
+/// A test case whose body runs so, as on_every_device calls it.
+#define LANES_TEST(...) LANES_TEST_NAMED(DEVICE_TEST_JOINED(on_lanes_, __LINE__), __VA_ARGS__)
+#define LANES_TEST_NAMED(function, ...)                               \
+  static void function(const raywave::cl::Device& device, int lanes); \
+  TEST_CASE(__VA_ARGS__) { on_every_device(function); }               \
+  static void function(const raywave::cl::Device& device, int lanes)
 
 /// Every hit against brute force; fewer than one ray in `one_in` may meet another triangle than the
 /// exact one.
@@ -76,7 +78,7 @@ void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int o
 }
 
 int real_depth(const Bvh& bvh, int node = 0) {
-  const auto& n = bvh.nodes[static_cast<std::size_t>(node)];
+  const auto& n = bvh.nodes[node];
   const int left = n.left_count ? 0 : real_depth(bvh, n.left_child),
             right = n.right_count ? 0 : real_depth(bvh, n.right_child);
   return 1 + std::max(left, right);
@@ -85,7 +87,7 @@ int real_depth(const Bvh& bvh, int node = 0) {
 /// Visits children below `node` as (min, max, child, count).
 void visit(const Bvh& bvh, int node,
            const std::function<void(const float*, const float*, int, int)>& f) {
-  const auto& n = bvh.nodes[static_cast<std::size_t>(node)];
+  const auto& n = bvh.nodes[node];
   f(n.left_min, n.left_max, n.left_child, n.left_count);
   f(n.right_min, n.right_max, n.right_child, n.right_count);
   if (!n.left_count) visit(bvh, n.left_child, f);
@@ -124,12 +126,12 @@ TEST_CASE("the flat tree holds every triangle once, inside all its boxes, and st
             for (int i = c; i < c + n; ++i) inside.push_back(i);
           });
         for (const int i : inside) {
-          const auto& t = bvh.triangles[static_cast<std::size_t>(i)];
+          const auto& t = bvh.triangles[i];
           for (const auto* p : {t.a, t.b, t.c})
             for (int axis = 0; axis < 3; ++axis)
               CHECK((p[axis] > low[axis] && p[axis] < high[axis]));
         }
-        for (int i = child; i < child + leaf_count; ++i) ++seen[static_cast<std::size_t>(i)];
+        for (int i = child; i < child + leaf_count; ++i) ++seen[i];
       });
       CHECK(std::all_of(seen.begin(), seen.end(), [](int n) { return n == 1; }));
     }
@@ -195,43 +197,37 @@ TEST_CASE("a tree without triangles is refused") {
   CHECK_THROWS_AS(build_bvh({}, {}, {}), InputError);
 }
 
-TEST_CASE("hits in a soup with slivers, points and duplicates equal brute force, at any scale") {
-  on_every_device([](const raywave::cl::Device& device, int lanes) {
-    for (const double size : {1e-6, 1e-2, 1e3}) {
-      INFO("size " << size);
-      Random random(2);
-      const auto soup = reference::soup(random, 300, size);
-      const auto bvh = build_bvh(soup.positions, soup.triangles, {});
-      Scene scene(device, lanes, bvh);
-      check_all(scene, bvh, as_float(random_rays(random, 5003, size)), 200);
-    }
-  });
+LANES_TEST("hits in a soup with slivers, points and duplicates equal brute force, at any scale") {
+  for (const double size : {1e-6, 1e-2, 1e3}) {
+    INFO("size " << size);
+    Random random(2);
+    const auto soup = reference::soup(random, 300, size);
+    const auto bvh = build_bvh(soup.positions, soup.triangles, {});
+    Scene scene(device, lanes, bvh);
+    check_all(scene, bvh, as_float(random_rays(random, 5003, size)), 200);
+  }
 }
 
-TEST_CASE("scenes of one and two triangles are hit like any other") {
-  on_every_device([](const raywave::cl::Device& device, int lanes) {
-    for (const int count : {1, 2}) {
-      Random random(3);
-      Soup soup;
-      for (int i = 0; i < count; ++i) soup.triangle({-1, -1, 0.1 * i}, {2, -1, 0.2}, {-1, 2, 0.3});
-      const auto bvh = build_bvh(soup.positions, soup.triangles, {});
-      Scene scene(device, lanes, bvh, bvh.depth);
-      check_all(scene, bvh, as_float(random_rays(random, 1001, 0.5)), 200);
-    }
-  });
+LANES_TEST("scenes of one and two triangles are hit like any other") {
+  for (const int count : {1, 2}) {
+    Random random(3);
+    Soup soup;
+    for (int i = 0; i < count; ++i) soup.triangle({-1, -1, 0.1 * i}, {2, -1, 0.2}, {-1, 2, 0.3});
+    const auto bvh = build_bvh(soup.positions, soup.triangles, {});
+    Scene scene(device, lanes, bvh, bvh.depth);
+    check_all(scene, bvh, as_float(random_rays(random, 1001, 0.5)), 200);
+  }
 }
 
-TEST_CASE("a stack of exactly the tree's depth is enough for the deepest tree") {
-  on_every_device([](const raywave::cl::Device& device, int lanes) {
-    Random random(4);
-    const auto soup = reference::soup(random, 400, 1);
-    const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 1);
-    Scene exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
-    const auto rays = as_float(random_rays(random, 3001, 1));
-    const auto a = exact.nearest(rays), b = roomy.nearest(rays);
-    for (std::size_t i = 0; i < rays.size(); ++i)
-      CHECK((a[i].triangle == b[i].triangle && a[i].t == b[i].t));
-  });
+LANES_TEST("a stack of exactly the tree's depth is enough for the deepest tree") {
+  Random random(4);
+  const auto soup = reference::soup(random, 400, 1);
+  const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 1);
+  Scene exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
+  const auto rays = as_float(random_rays(random, 3001, 1));
+  const auto a = exact.nearest(rays), b = roomy.nearest(rays);
+  for (std::size_t i = 0; i < rays.size(); ++i)
+    CHECK((a[i].triangle == b[i].triangle && a[i].t == b[i].t));
 }
 
 TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
@@ -272,10 +268,9 @@ TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
         if (theirs == hits[i].triangle) continue;
         const bool same_place =
             theirs >= 0 &&
-            std::abs(reference::intersect(bvh.triangles[static_cast<std::size_t>(theirs)], rays[i],
-                                          reference::float_sideways)
-                         .t -
-                     hits[i].t) < 1e-8;
+            std::abs(
+                reference::intersect(bvh.triangles[theirs], rays[i], reference::float_sideways).t -
+                hits[i].t) < 1e-8;
         disagreements += !same_place;
       }
       CHECK(disagreements <= 1);
@@ -314,35 +309,33 @@ TEST_CASE("no ray of ten million slips through edges and vertices of closed mesh
   check_cracks(10'000'000);
 }
 
-TEST_CASE("a ray that passes a needle's tip in line with it is no hit") {
+LANES_TEST("a ray that passes a needle's tip in line with it is no hit") {
   // Needles thinner than rounding: their two long sides, each widened, meet far past the tip. All
   // share one leaf, so no box but their own keeps the rays out; two specks at its corners make it
   // large.
-  on_every_device([](const raywave::cl::Device& device, int lanes) {
-    Random random(9);
-    for (int round = 0; round < 20; ++round) {
-      Soup soup;
-      std::vector<Ray> rays;
-      for (int i = 0; i < 6; ++i) {
-        const auto a = in_box(random, 1), b = a + 0.3 * unit_vector(random);
-        soup.triangle(a, b, a + (b - a) * 0.25);
-        for (int k = 0; k < 50; ++k) {
-          const auto past_tip = a + (b - a) * uniform(random, 1.1, 2);
-          const auto direction = normalize(cross(b - a, unit_vector(random)));
-          rays.push_back({past_tip - 3.0 * direction, direction, 0, 10});
-        }
+  Random random(9);
+  for (int round = 0; round < 20; ++round) {
+    Soup soup;
+    std::vector<Ray> rays;
+    for (int i = 0; i < 6; ++i) {
+      const auto a = in_box(random, 1), b = a + 0.3 * unit_vector(random);
+      soup.triangle(a, b, a + (b - a) * 0.25);
+      for (int k = 0; k < 50; ++k) {
+        const auto past_tip = a + (b - a) * uniform(random, 1.1, 2);
+        const auto direction = normalize(cross(b - a, unit_vector(random)));
+        rays.push_back({past_tip - 3.0 * direction, direction, 0, 10});
       }
-      for (const double corner : {-4.0, 4.0})
-        soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner),
-                      glm::dvec3(0.99 * corner));
-      const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 8);
-      Scene scene(device, lanes, bvh);
-      for (const auto& hit : scene.nearest(rays)) CHECK(hit.triangle == -1);
     }
-  });
+    for (const double corner : {-4.0, 4.0})
+      soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner),
+                    glm::dvec3(0.99 * corner));
+    const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 8);
+    Scene scene(device, lanes, bvh);
+    for (const auto& hit : scene.nearest(rays)) CHECK(hit.triangle == -1);
+  }
 }
 
-TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
+LANES_TEST("axis-parallel rays in the planes of a grid's edges hit it") {
   // A flat square of 16 x 16 cells whose corners are exact in float; rays run exactly through the
   // lines, and the rim counts too.
   Soup soup;
@@ -360,13 +353,11 @@ TEST_CASE("axis-parallel rays in the planes of a grid's edges hit it") {
     for (int i = 0; i <= 2 * n; ++i)
       for (const double sign : {-1.0, 1.0})
         rays.push_back({{0.5 * i - n / 2, 0.5 * j - n / 2, -3 * sign}, {-0.0, 0.0, sign}, 0, 100});
-  on_every_device([&](const raywave::cl::Device& device, int lanes) {
-    Scene scene(device, lanes, bvh);
-    for (const auto& hit : scene.nearest(rays)) CHECK((hit.triangle >= 0 && hit.t == 3));
-  });
+  Scene scene(device, lanes, bvh);
+  for (const auto& hit : scene.nearest(rays)) CHECK((hit.triangle >= 0 && hit.t == 3));
 }
 
-TEST_CASE("t_min and t_max cut the ray") {
+LANES_TEST("t_min and t_max cut the ray") {
   Soup soup;
   for (const double z : {1.0, 2.0, 3.0}) soup.triangle({-1, -1, z}, {1, -1, z}, {0, 1, z});
   const auto bvh = build_bvh(soup.positions, soup.triangles, {});
@@ -377,20 +368,18 @@ TEST_CASE("t_min and t_max cut the ray") {
                                 {0, 1, 0}, {1, 2, 0},   {0, 0.5, 0}, {4, 9, 0},   {2, 1, 0}};
   std::vector<Ray> rays;
   for (const auto& c : cases) rays.push_back({{0, 0, 0}, {0, 0, 1}, c.t_min, c.t_max});
-  on_every_device([&](const raywave::cl::Device& device, int lanes) {
-    Scene scene(device, lanes, bvh);
-    const auto hits = scene.nearest(rays);
-    const auto occluded = scene.occluded(rays);
-    for (std::size_t i = 0; i < cases.size(); ++i) {
-      INFO(cases[i].t_min << " to " << cases[i].t_max);
-      CHECK(hits[i].t == (cases[i].t > 0 ? cases[i].t : float(cases[i].t_max)));
-      CHECK((hits[i].triangle >= 0) == (cases[i].t > 0));
-      CHECK(occluded[i] == (cases[i].t > 0));
-    }
-  });
+  Scene scene(device, lanes, bvh);
+  const auto hits = scene.nearest(rays);
+  const auto occluded = scene.occluded(rays);
+  for (std::size_t i = 0; i < cases.size(); ++i) {
+    INFO(cases[i].t_min << " to " << cases[i].t_max);
+    CHECK(hits[i].t == (cases[i].t > 0 ? cases[i].t : float(cases[i].t_max)));
+    CHECK((hits[i].triangle >= 0) == (cases[i].t > 0));
+    CHECK(occluded[i] == (cases[i].t > 0));
+  }
 }
 
-TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
+LANES_TEST("a mesh one kilometre away is hit as if it stood at the origin") {
   Random random(7);
   const auto near = torus(5e-3);
   auto far = near;
@@ -404,54 +393,49 @@ TEST_CASE("a mesh one kilometre away is hit as if it stood at the origin") {
     const auto from = 1e-2 * unit_vector(random);
     rays.push_back({from, normalize(in_box(random, 4e-3) - from), 0, 1});
   }
-  on_every_device([&](const raywave::cl::Device& device, int lanes) {
-    Scene far_scene(device, lanes, far_bvh), near_scene(device, lanes, near_bvh);
-    const auto a = far_scene.nearest(rays), b = near_scene.nearest(rays);
-    int different = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) different += !(std::abs(a[i].t - b[i].t) < 1e-8);
-    CHECK(different <= 2);  // silhouettes
-  });
+  Scene far_scene(device, lanes, far_bvh), near_scene(device, lanes, near_bvh);
+  const auto a = far_scene.nearest(rays), b = near_scene.nearest(rays);
+  int different = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) different += !(std::abs(a[i].t - b[i].t) < 1e-8);
+  CHECK(different <= 2);  // silhouettes
 }
 
-TEST_CASE("the distance of a hit is accurate to float rounding") {
+LANES_TEST("the distance of a hit is accurate to float rounding") {
   // Near-parallel rays onto a tilted, bumpy surface, as from a wavefront recording plane; rms of
   // the error against double.
-  on_every_device([](const raywave::cl::Device& device, int lanes) {
-    struct Case {
-      double distance, rms;
-    };
-    // A float holds 5 mm to 0.13 nm rms, 100 mm to 2.2 nm, 1 m to 17 nm; the corner's difference
-    // from the origin, the blend and t itself are each rounded to that. Measured on PoCL: 0.145,
-    // 3.97 and 29.6 nm.
-    for (const auto& c : {Case{5e-3, 0.2e-9}, Case{0.1, 5e-9}, Case{1, 40e-9}}) {
-      Random random(8);
-      const auto mesh = torus(5e-3);
-      const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
-      Scene scene(device, lanes, bvh);
-      std::vector<Ray> rays;
-      for (int i = 0; i < 20000; ++i) {
-        const auto p = in_box(random, 4e-3);
-        rays.push_back(
-            {{p.x, p.y, -c.distance},
-             normalize(glm::dvec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 1)),
-             0,
-             10});
-      }
-      rays = as_float(rays);
-      const auto hits = scene.nearest(rays);
-      double sum = 0;
-      int count = 0;
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        if (hits[i].triangle < 0) continue;
-        const auto exact = reference::intersect(
-            bvh.triangles[static_cast<std::size_t>(hits[i].triangle)], rays[i]);
-        if (exact.triangle < 0) continue;
-        sum += std::pow(hits[i].t - exact.t, 2);
-        ++count;
-      }
-      const double rms = std::sqrt(sum / count);
-      UNSCOPED_INFO(c.distance << " m: " << rms * 1e9 << " nm rms over " << count << " hits");
-      CHECK(rms < c.rms);
+  struct Case {
+    double distance, rms;
+  };
+  // A float holds 5 mm to 0.13 nm rms, 100 mm to 2.2 nm, 1 m to 17 nm; the corner's difference
+  // from the origin, the blend and t itself are each rounded to that. Measured on PoCL: 0.145,
+  // 3.97 and 29.6 nm.
+  for (const auto& c : {Case{5e-3, 0.2e-9}, Case{0.1, 5e-9}, Case{1, 40e-9}}) {
+    Random random(8);
+    const auto mesh = torus(5e-3);
+    const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
+    Scene scene(device, lanes, bvh);
+    std::vector<Ray> rays;
+    for (int i = 0; i < 20000; ++i) {
+      const auto p = in_box(random, 4e-3);
+      rays.push_back(
+          {{p.x, p.y, -c.distance},
+           normalize(glm::dvec3(uniform(random, -0.05, 0.05), uniform(random, -0.05, 0.05), 1)),
+           0,
+           10});
     }
-  });
+    rays = as_float(rays);
+    const auto hits = scene.nearest(rays);
+    double sum = 0;
+    int count = 0;
+    for (std::size_t i = 0; i < rays.size(); ++i) {
+      if (hits[i].triangle < 0) continue;
+      const auto exact = reference::intersect(bvh.triangles[hits[i].triangle], rays[i]);
+      if (exact.triangle < 0) continue;
+      sum += std::pow(hits[i].t - exact.t, 2);
+      ++count;
+    }
+    const double rms = std::sqrt(sum / count);
+    UNSCOPED_INFO(c.distance << " m: " << rms * 1e9 << " nm rms over " << count << " hits");
+    CHECK(rms < c.rms);
+  }
 }

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/neighbours.hpp"
 
-#include <set>
-
 #include "host/reference/surfaces.hpp"
 #include "tests/support/catch.hpp"
 

@@ -2,9 +2,6 @@
 // Launches every kernel on grids of a few pixels, with each number of lanes, as on a CPU and as on
 // a GPU: no kernel writes behind its buffers. scripts/check_kernels runs this test under oclgrind,
 // which also finds races, uninitialised values and reads out of bounds.
-#include <algorithm>
-#include <cmath>
-#include <cstdlib>
 #include <regex>
 
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
@@ -17,17 +14,14 @@
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
 #include "kernels/common/shared_layout.h"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/opencl_spy.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
-using test::mm;
-using test::um;
+using namespace test;
 using Names = std::set<std::string>;
 
 constexpr auto host = cl::FftBackend::host;
@@ -75,38 +69,29 @@ glm::ivec2 size_on(const cl::Device& device) {
 
 /// A shiny ball in front of a textured wall.
 Scene tiny_scene(const cl::Device& device, const Folder& folder) {
-  Scene scene;
-  scene.hologram = {size_on(device), {8 * um, 8 * um}, 638e-9};
+  Scene scene{.hologram = {size_on(device), {8 * um, 8 * um}, 638e-9}};
   scene.sampling.pitch_m = 80 * um;
   scene.sampling.frames = 2;
   scene.wrp.grid = {1, 1};  // planes this small receive nothing beside the axis
   scene.trace.shadows = true;
   save_picture(folder / "grey.png", 4, 2,
                std::vector<std::uint8_t>{10, 60, 110, 160, 200, 220, 240, 250});
-  Material ball;
-  ball.specular = glm::dvec3(0.4);
-  Material wall = test::glowing();
+  Material ball{.specular = glm::dvec3(0.4)};
+  Material wall = glowing();
   wall.texture = folder / "grey.png";
   scene.materials = {ball, wall};
   scene.objects = {
-      test::object_at(folder.write("ball.obj", test::ball_obj(3, 2)), 0.08 * mm,
-                      {10 * um, 0, 9.8 * mm}, 0),
-      test::object_at(folder.write("wall.obj", test::square_obj()), 0.14 * mm, {0, 0, 10 * mm}, 1)};
+      object_at(folder.write("ball.obj", ball_obj(3, 2)), 0.08 * mm, {10 * um, 0, 9.8 * mm}, 0),
+      object_at(folder.write("wall.obj", square_obj()), 0.14 * mm, {0, 0, 10 * mm}, 1)};
   scene.objects[1].rotation_deg = {5, -8, 0};
-  Light sun, lamp;
-  sun.direction = {0.4, -0.5, 0.8};
-  lamp.type = LightType::point;
-  lamp.position_m = {-1 * mm, 2 * mm, 8 * mm};
-  scene.lights = {sun, lamp};
+  scene.lights = {Light{.direction = {0.4, -0.5, 0.8}}, lamp_at({-1 * mm, 2 * mm, 8 * mm})};
   return scene;
 }
 
 void check_render(const cl::Device& device, const Scene& scene, Method method = Method::wrp) {
-  RenderOptions options;
-  options.method = method;
-  options.rays_per_axis = 3;
+  RenderOptions options{.method = method, .rays_per_axis = 3};
   const auto result = render(device, scene, options);
-  CHECK(test::all_finite(result.field.samples));
+  CHECK(all_finite(result.field.samples));
   CHECK(std::any_of(result.field.samples.begin(), result.field.samples.end(),
                     [](auto z) { return z != std::complex<float>(); }));
   options.keep_field = false;  // levels are then made of transforms, where there are any
@@ -156,25 +141,21 @@ void count_on_device(const cl::Device& device, const Folder& folder) {
   gatherer.draw_phases(1);
   cl::ComplexBuffer stack(device, 2 * plan.gathered_pixels(), "stack");
   gatherer.gather(plan.wrps[0], stack);
-  CHECK(test::all_finite(stack.read()));
+  CHECK(all_finite(stack.read()));
 }
 
 void look(const cl::Device& device, const Folder& folder) {
   const auto scene = tiny_scene(device, folder);
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
-  LensSpec lens;
-  lens.z_m = 10 * mm;
-  lens.points = 2;
+  LensSpec lens{.z_m = 10 * mm, .points = 2};
   const auto seen = lens_picture(device, plan, DeviceScene(device, world, plan), lens);
   CHECK(std::all_of(seen.pixels.begin(), seen.pixels.end(),
                     [](float v) { return std::isfinite(v) && v >= 0; }));
 
   const auto size = size_on(device);
   FieldStack hologram{size.x, size.y, 1, std::vector<std::complex<float>>(size.x * size.y, {1, 0})};
-  ReconstructSpec what;
-  what.z_m = 10 * mm;
-  what.window_m = glm::dvec2(size + 2) * 8.0 * um;
+  ReconstructSpec what{.z_m = 10 * mm, .window_m = glm::dvec2(size + 2) * 8.0 * um};
   const auto shown = reconstruct(device, host, hologram, scene.hologram, what);
   CHECK(std::all_of(shown.pixels.begin(), shown.pixels.end(),
                     [](float v) { return std::isfinite(v) && v >= 0; }));
@@ -217,7 +198,7 @@ void propagate(const cl::Device& device) {
     const auto field_shown = shown.read();
     for (int row = 0; row < ny; ++row) {
       for (int column = 0; column < nx; ++column) {
-        const auto value = field_shown[static_cast<std::size_t>(row * nx + column)];
+        const auto value = field_shown[row * nx + column];
         CHECK(std::abs(value - std::complex<float>(0, column <= 17 ? -1.0f : 0.0f)) <= 1e-6f);
       }
     }
@@ -230,18 +211,15 @@ void refine_all(const cl::Device& device) {
   const FieldStack start{
       size.x, size.y, 2,
       std::vector<std::complex<float>>(static_cast<std::size_t>(2 * size.x * size.y), {0, 1})};
-  RefineSpec spec;
-  spec.pitch_m = {8 * um, 8 * um};
-  spec.wavelength_m = 638e-9;
-  spec.blur_m = 10 * um;
-  spec.iterations = 2;
+  RefineSpec spec{
+      .pitch_m = {8 * um, 8 * um}, .wavelength_m = 638e-9, .blur_m = 10 * um, .iterations = 2};
   const Image picture{7, 2, std::vector<float>(14, 0.5f)};
   const RefineKey keys[] = {{0.6 * mm, {0, 0}, {1, 1}, picture, {8 * um, 8 * um}},
                             {0.6 * mm, {0.5, 0}, {0.5, 1}, picture, {8 * um, 8 * um}}};
   for (const auto propagation :
        {refinement::Propagation::fresnel, refinement::Propagation::exact}) {
     spec.propagation = propagation;
-    CHECK(test::all_finite(refine(device, host, start, keys, spec).field.samples));
+    CHECK(all_finite(refine(device, host, start, keys, spec).field.samples));
   }
 }
 
@@ -281,24 +259,23 @@ void launch_tools(const cl::Device& device) {
   intersect.kernel("intersect_any").run({2}, {8}, tree.arguments(), ray_planes, rays, occluded);
   CHECK(occluded.read() == std::vector<std::int32_t>(static_cast<std::size_t>(rays), 1));
   const auto distances = t_u_v.read();
-  for (int i = 0; i < rays; ++i) CHECK(distances[static_cast<std::size_t>(i)] == Catch::Approx(1));
+  for (int i = 0; i < rays; ++i) CHECK(distances[i] == Catch::Approx(1));
 }
 
 void in_colour(const cl::Device& device, const Folder& folder) {
   std::vector<Scene> scenes(3, tiny_scene(device, folder));
-  ColourSpec colour;
-  colour.lasers = laser_set({638e-9, 520e-9, 450e-9});
+  ColourSpec colour{.lasers = laser_set({638e-9, 520e-9, 450e-9})};
   for (auto& scene : scenes) {
     scene.colour = colour;
     scene.hologram.wavelength_m = colour.lasers.wavelengths_m[colour.laser++];
   }
   for (const auto& laser : render(device, scenes, build_world(scenes[0])).lasers)
-    CHECK(test::all_finite(laser.field.samples));
+    CHECK(all_finite(laser.field.samples));
 }
 
 TEST_CASE("every kernel is launched, and none writes behind its buffers") {
   const Folder folder;
-  auto& spy = test::opencl_spy();
+  auto& spy = opencl_spy();
   const auto infos = cl::list_devices();
   REQUIRE_FALSE(infos.empty());
   for (const auto& info : infos) {
@@ -326,42 +303,34 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
   }
 }
 
-TEST_CASE("one pixel per work-item, as on GPUs, gives the hologram that packets of pixels give") {
-  for (const auto& info : cl::list_devices()) {
-    if (under_oclgrind(info)) continue;  // too slow
-    test::opencl_spy().canaries = true;
-    auto gpu = info, cpu = info;
-    gpu.kind = cl::DeviceKind::gpu;
-    gpu.float_lanes = 1;
-    cpu.kind = cl::DeviceKind::cpu;
-    cpu.float_lanes = std::max(info.float_lanes, 4);
-    // Over WRPs, and over virtual planes: there without samples that are hidden by a hair, which
-    // the order of rounding decides
-    for (const auto* set : {"wrp.propagation=spectrum", "sampling.visibility=0"}) {
-      const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
-                                    {"hologram.resolution=[64,48]", "sampling.frames=1", set});
-      const auto packets = render(cl::Device(cpu), scene).field.samples,
-                 pixels = render(cl::Device(gpu), scene).field.samples;
-      INFO(info.name << ", " << set);
-      CHECK(test::relative_l2(pixels, packets) <= 1e-4);
-    }
+DEVICE_TEST("one pixel per work-item, as on GPUs, gives the hologram that packets of pixels give") {
+  if (under_oclgrind(device.info())) return;  // too slow
+  opencl_spy().canaries = true;
+  auto gpu = device.info(), cpu = gpu;
+  gpu.kind = cl::DeviceKind::gpu;
+  gpu.float_lanes = 1;
+  cpu.kind = cl::DeviceKind::cpu;
+  cpu.float_lanes = std::max(cpu.float_lanes, 4);
+  // Over WRPs, and over virtual planes: there without samples that are hidden by a hair, which
+  // the order of rounding decides
+  for (const auto* set : {"wrp.propagation=spectrum", "sampling.visibility=0"}) {
+    const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml",
+                                  {"hologram.resolution=[64,48]", "sampling.frames=1", set});
+    const auto packets = render(cl::Device(cpu), scene).field.samples,
+               pixels = render(cl::Device(gpu), scene).field.samples;
+    INFO(set);
+    CHECK(relative_l2(pixels, packets) <= 1e-4);
   }
 }
 
-TEST_CASE("a kernel file refuses an option that it does not have") {
-  for (const auto& info : cl::list_devices()) {
-    std::string message;
-    try {
-      cl::Program(cl::Device(info), "kernels/encode/encode.cl", {{option::shadows, "1"}});
-    } catch (const cl::DeviceError& error) {
-      message = error.what();
-    }
-    CHECK(message == "kernel file kernels/encode/encode.cl has no option RAYWAVE_SHADOWS");
-  }
+DEVICE_TEST("a kernel file refuses an option that it does not have") {
+  CHECK(device_error_of([&] {
+          cl::Program(device, "kernels/encode/encode.cl", {{option::shadows, "1"}});
+        }) == "kernel file kernels/encode/encode.cl has no option RAYWAVE_SHADOWS");
 }
 
 TEST_CASE("a kernel that writes behind its buffer is noticed") {
-  auto& spy = test::opencl_spy();
+  auto& spy = opencl_spy();
   for (const auto& info : cl::list_devices()) {
     if (under_oclgrind(info)) continue;  // it would notice itself
     spy.canaries = true;

@@ -2,10 +2,6 @@
 /// Where the planner expects what mirrors and glass show (host/plan/images.cpp).
 #include "host/plan/images.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <glm/geometric.hpp>
-
 #include "host/plan/make_plan.hpp"
 #include "host/reference/stage.hpp"
 #include "tests/support/catch.hpp"
@@ -19,8 +15,7 @@ using test::glowing;
 namespace {
 
 Material mirror(double reflectivity) {
-  Material m;
-  m.ambient = m.diffuse = dvec3(0);
+  auto m = test::dark();
   m.reflectivity = reflectivity;
   return m;
 }

@@ -2,11 +2,7 @@
 // Lights with a size as sets of places and directions, and spots, against closed forms.
 #include "host/plan/placed_lights.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <glm/geometric.hpp>
 #include <numbers>
-#include <set>
 
 #include "host/reference/looks.hpp"
 #include "tests/support/catch.hpp"
@@ -17,11 +13,7 @@ namespace {
 using std::numbers::pi;
 
 Light light_of(LightType type, int samples) {
-  Light light;
-  light.type = type;
-  light.samples = samples;
-  light.intensity = 3;
-  return light;
+  return Light{.type = type, .intensity = 3, .samples = samples};
 }
 
 /// What a matt surface of diffuse 1 shows of lights, from all places of those that have a size.

@@ -1,21 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole pipeline against the same discrete computation in double precision
 // (host/reference/pipeline.hpp), at the paper's setting and at the extremes.
-#include "host/plan/precision.hpp"
-
-#include <algorithm>
-#include <functional>
-#include <numbers>
-
 #include "host/plan/footprint.hpp"
+#include "host/plan/precision.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/pipeline.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/trace/precision_option.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
-#include "tests/support/scenes.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -34,9 +26,9 @@ struct Extreme {
   dvec3 centre_m;           // of the scene
   double width_m, depth_m;  // of the scene
   double sampling_pitch_m;
-  std::vector<double> wrps_m = {};
-  Method method = Method::wrp;
-  double aside = 0.1;  // of the sphere, in widths; at 0.1 it hides a part of the square
+  std::vector<double> wrps_m;
+  Method method;
+  double aside;  // of the sphere, in widths; at 0.1 it hides a part of the square
 };
 
 Stage stage_of(const Extreme& e) {
@@ -46,19 +38,13 @@ Stage stage_of(const Extreme& e) {
   stage.scene.sampling.pitch_m = e.sampling_pitch_m;
   stage.scene.wrp.distances_m = e.wrps_m;
   if (e.method == Method::points) stage.scene.wrp.grid = glm::ivec2(1, 1);
-  Material shiny;
-  shiny.specular = dvec3(2.0);
-  shiny.shininess = 20;
+  Material shiny{.specular = dvec3(2.0), .shininess = 20};
   const double w = e.width_m, d = e.depth_m, radius = std::min(0.2 * w, 0.4 * d);
   stage.add(sphere(e.centre_m - dvec3(e.aside * w, 0, 0.5 * d - radius), radius, 6), shiny);
   stage.add(rectangle(e.centre_m + dvec3(0, 0, 0.3 * d), {0.5 * w, 0, 0.2 * std::min(w, d)},
                       {0, 0.4 * w, 0}));
-  Light sun, lamp;
-  sun.direction = {0.1, -0.2, 1};
-  lamp.type = LightType::point;
-  lamp.position_m = e.centre_m + dvec3(0.5 * w, 0.5 * w, -0.5 * d);
-  lamp.intensity = 0.5;
-  stage.scene.lights = {sun, lamp};
+  stage.scene.lights = {Light{.direction = {0.1, -0.2, 1}},
+                        lamp_at(e.centre_m + dvec3(0.5 * w, 0.5 * w, -0.5 * d), 0.5)};
   return stage;
 }
 
@@ -68,106 +54,46 @@ HologramSpec hologram(glm::ivec2 size, double pitch_m, double wavelength_m = 638
 
 std::vector<Extreme> extremes() {
   const glm::ivec2 small(96, 80);
-  return {
-      // An eighth of the paper's hologram, at an eighth of its distance: the same angles.
-      {"the paper's setting",
-       hologram({240, 136}, 3.74 * um),
-       {0, 0, 12.5 * mm},
-       1.56 * mm,
-       0.7 * mm,
-       25 * um},
-      {"wavelength 10 nm",
-       hologram(small, 1 * um, 10 * nm),
-       {0, 0, 10 * mm},
-       0.08 * mm,
-       1 * mm,
-       3 * um},
-      {"wavelength 1 mm",
-       hologram(small, 0.5 * mm, 1 * mm),
-       {0, 0, 200 * mm},
-       60 * mm,
-       60 * mm,
-       2 * mm},
-      {"pitch lambda/4", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 20 * um, 8 * um, 0.5 * um},
-      {"pitch lambda/4, WRPs at 1 um",
-       hologram(small, 638 * nm / 4),
-       {0, 0, 20 * um},
-       10 * um,
-       8 * um,
-       0.5 * um,
-       {1 * um}},
-      {"pitch 100 um", hologram(small, 100 * um), {0, 0, 1}, 6 * mm, 6 * mm, 0.2 * mm},
-      {"WRPs at 1 um",
-       hologram(small, 3.74 * um),
-       {0, 0, 20 * mm},
-       1 * mm,
-       1 * mm,
-       40 * um,
-       {1 * um}},
-      {"WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, {5.0}},
-      {"scene of 1 um",
-       hologram(small, 0.32 * um),
-       {0, 0, 20 * um},
-       1 * um,
-       1 * um,
-       40 * nm,
-       {18.8 * um}},
-      {"scene 1 m wide, 10 m away",
-       hologram(small, 3.74 * um),
-       {0, 0, 10},
-       1,
-       0.1,
-       30 * mm,
-       {1 * mm}},
-      {"scene 1 m deep",
-       hologram(small, 20 * um),
-       {0, 0, 0.9},
-       6 * mm,
-       1,
-       0.3 * mm,
-       {0.3},
-       Method::wrp,
-       0.9},
-      {"1 m off the axis, 10 m away",
-       hologram(small, 3 * um),
-       {1, 0, 10},
-       50 * mm,
-       50 * mm,
-       2 * mm,
-       {0.2}},
-      {"10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm, {9.5}},
-      {"WRP cuts a surface",
-       hologram(small, 3.74 * um),
-       {0, 0, 6 * mm},
-       0.5 * mm,
-       0.4 * mm,
-       15 * um,
-       {6.1 * mm}},
-      {"two layers",
-       hologram(small, 3.74 * um),
-       {0, 0, 6 * mm},
-       0.5 * mm,
-       0.4 * mm,
-       15 * um,
-       {5.9 * mm, 6.1 * mm}},
-      {"points, 1 m away",
-       hologram(small, 3.74 * um),
-       {0, 0, 1},
-       50 * mm,
-       50 * mm,
-       2 * mm,
-       {},
-       Method::points},
-      {"points, wavelength 10 nm",
-       hologram(small, 1 * um, 10 * nm),
-       {0, 0, 1},
-       1 * mm,
-       10 * mm,
-       40 * um,
-       {},
-       Method::points,
-       0.9},
+  std::vector<Extreme> all;
+  const auto add = [&](const char* name, const HologramSpec& hologram, dvec3 centre_m,
+                       double width_m, double depth_m, double sampling_pitch_m,
+                       const std::vector<double>& wrps_m = {}, Method method = Method::wrp,
+                       double aside = 0.1) {
+    all.push_back(
+        {name, hologram, centre_m, width_m, depth_m, sampling_pitch_m, wrps_m, method, aside});
   };
+  // An eighth of the paper's hologram, at an eighth of its distance: the same angles.
+  add("the paper's setting", hologram({240, 136}, 3.74 * um), {0, 0, 12.5 * mm}, 1.56 * mm,
+      0.7 * mm, 25 * um);
+  add("wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 10 * mm}, 0.08 * mm, 1 * mm,
+      3 * um);
+  add("wavelength 1 mm", hologram(small, 0.5 * mm, 1 * mm), {0, 0, 200 * mm}, 60 * mm, 60 * mm,
+      2 * mm);
+  add("pitch lambda/4", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 20 * um, 8 * um, 0.5 * um);
+  add("pitch lambda/4, WRPs at 1 um", hologram(small, 638 * nm / 4), {0, 0, 20 * um}, 10 * um,
+      8 * um, 0.5 * um, {1 * um});
+  add("pitch 100 um", hologram(small, 100 * um), {0, 0, 1}, 6 * mm, 6 * mm, 0.2 * mm);
+  add("WRPs at 1 um", hologram(small, 3.74 * um), {0, 0, 20 * mm}, 1 * mm, 1 * mm, 40 * um,
+      {1 * um});
+  add("WRPs at 5 m", hologram(small, 50 * um), {0, 0, 5.3}, 20 * mm, 0.2, 0.6 * mm, {5.0});
+  add("scene of 1 um", hologram(small, 0.32 * um), {0, 0, 20 * um}, 1 * um, 1 * um, 40 * nm,
+      {18.8 * um});
+  add("scene 1 m wide, 10 m away", hologram(small, 3.74 * um), {0, 0, 10}, 1, 0.1, 30 * mm,
+      {1 * mm});
+  add("scene 1 m deep", hologram(small, 20 * um), {0, 0, 0.9}, 6 * mm, 1, 0.3 * mm, {0.3},
+      Method::wrp, 0.9);
+  add("1 m off the axis, 10 m away", hologram(small, 3 * um), {1, 0, 10}, 50 * mm, 50 * mm, 2 * mm,
+      {0.2});
+  add("10 m away", hologram(small, 20 * um), {0, 0, 10}, 6 * mm, 6 * mm, 0.3 * mm, {9.5});
+  add("WRP cuts a surface", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um,
+      {6.1 * mm});
+  add("two layers", hologram(small, 3.74 * um), {0, 0, 6 * mm}, 0.5 * mm, 0.4 * mm, 15 * um,
+      {5.9 * mm, 6.1 * mm});
+  add("points, 1 m away", hologram(small, 3.74 * um), {0, 0, 1}, 50 * mm, 50 * mm, 2 * mm, {},
+      Method::points);
+  add("points, wavelength 10 nm", hologram(small, 1 * um, 10 * nm), {0, 0, 1}, 1 * mm, 10 * mm,
+      40 * um, {}, Method::points, 0.9);
+  return all;
 }
 
 /// The gathered planes in double precision, and what becomes of them at the hologram.
@@ -245,25 +171,17 @@ Stage highlights(const HologramSpec& hologram, double distance_m, double width_m
   stage.scene.sampling.pitch_m = width_m / 25;
   stage.scene.wrp.distances_m = {distance_m - 0.5 * width_m};
   stage.scene.wrp.grid = glm::ivec2(1, 1);
-  Material shiny;
-  shiny.ambient = shiny.diffuse = dvec3(0);
-  shiny.specular = dvec3(1);
-  shiny.shininess = shininess;
   const dvec3 centre_m(0, 0, distance_m), u(0.5 * width_m, 0, 0.05 * width_m),
       v(0, 0.5 * width_m, 0.025 * width_m);
-  stage.add(rectangle(centre_m, u, v), shiny);
+  stage.add(rectangle(centre_m, u, v), shiny(shininess));
   // Where light comes from that the middle of the plate mirrors to a place on the hologram, in
   // hologram widths.
   const auto mirrored_to = [&](dvec2 place) {
     const auto at_m = dvec3(place * dvec2(hologram.resolution) * hologram.pitch_m, 0);
     return reflect(normalize(centre_m - at_m), normalize(cross(u, v)));
   };
-  Light sun, lamp;
-  sun.direction = -mirrored_to({0.14, -0.1});
-  lamp.type = LightType::point;
-  lamp.position_m = centre_m + 0.4 * distance_m * mirrored_to({-0.17, 0.13});
-  lamp.intensity = 0.5;
-  stage.scene.lights = {sun, lamp};
+  stage.scene.lights = {Light{.direction = -mirrored_to({0.14, -0.1})},
+                        lamp_at(centre_m + 0.4 * distance_m * mirrored_to({-0.17, 0.13}), 0.5)};
   return stage;
 }
 
@@ -286,24 +204,20 @@ void on_all_devices(
   }
 }
 
-double predicted_turns(const Plan& plan) { return phase_error_turns(plan); }
-
 }  // namespace
 
 TEST_CASE(
-    "a hologram equals the same computation in double to 1e-4 in float and 1e-5 in double, and its "
-    "error stays below the predicted one",
+    "a hologram equals the same computation in double to 1e-4 in float and 1e-5 in double, and "
+    "its error stays below the predicted one",
     "[slow]") {
   for (const auto& extreme : extremes()) {
     on_all_devices(
         stage_of(extreme), extreme.method,
         [&](const auto& device, const Rig& rig, const Oracle& oracle) {
           const auto outcome = outcome_of(device, rig, oracle);
-          const double predicted = 2 * std::numbers::pi * predicted_turns(rig.plan);
-          INFO(extreme.name << ", " << name_of(rig.plan.precision) << " on " << device.info().name
-                            << ": error " << outcome.error << ", predicted " << predicted
-                            << ", undecided " << outcome.unsure_share << "; " << rig.samples.size()
-                            << " samples, " << rig.plan.wrps.size() << " planes");
+          const double predicted = 2 * std::numbers::pi * phase_error_turns(rig.plan);
+          CAPTURE(extreme.name, name_of(rig.plan.precision), device.info().name, outcome.error,
+                  predicted, outcome.unsure_share, rig.samples.size(), rig.plan.wrps.size());
           CHECK(outcome.error <= (rig.plan.precision == Precision::floats ? 1e-4 : 1e-5));
           CHECK(outcome.error <= predicted);
           CHECK(predicted <= 40 * outcome.error);
@@ -322,10 +236,9 @@ TEST_CASE("highlights of any sharpness are computed to 1e-5, through a WRP and b
         on_all_devices(stage, method,
                        [&](const auto& device, const Rig& rig, const Oracle& oracle) {
                          const auto outcome = outcome_of(device, rig, oracle);
-                         INFO((method == Method::wrp ? "WRP" : "points")
-                              << ", shininess " << shininess << ", " << name_of(rig.plan.precision)
-                              << " on " << device.info().name << ": error " << outcome.error
-                              << ", undecided " << outcome.unsure_share);
+                         CAPTURE((method == Method::wrp ? "WRP" : "points"), shininess,
+                                 name_of(rig.plan.precision), device.info().name, outcome.error,
+                                 outcome.unsure_share);
                          // Measured 1.3e-7 to 2e-6, 8.9e-6 for exponents of 10^6 near a wide plane
                          CHECK(outcome.error <= 1e-5);
                          CHECK(outcome.unsure_share < 0.05);
@@ -337,8 +250,7 @@ TEST_CASE("highlights of any sharpness are computed to 1e-5, through a WRP and b
 
 TEST_CASE(
     "precision \"auto\" is the cheapest that keeps the predicted error, and a precision that is "
-    "asked "
-    "for is taken") {
+    "asked for is taken") {
   const PhaseErrors errors{PhaseError{.waves_turns = 1e-2}, PhaseError{.waves_turns = 1e-6}};
   const auto chosen = [&](double phase_turns, bool has_doubles) {
     return choose_precision({{}, phase_turns}, errors, has_doubles);
@@ -351,13 +263,9 @@ TEST_CASE(
     CHECK(choose_precision({precision, 0.1}, errors, false) == precision);
 }
 
-TEST_CASE("precision \"double\" is refused where the device has none, with what to use instead") {
-  for (const auto& device : all_devices()) {
-    auto info = device.info();
-    info.fp64 = false;
-    CHECK_THROWS_WITH(precision_option(info, Precision::doubles),
-                      Catch::Matchers::ContainsSubstring(info.name) &&
-                          Catch::Matchers::ContainsSubstring("float"));
-    CHECK_NOTHROW(precision_option(info, Precision::floats));
-  }
+DEVICE_TEST("precision \"double\" is refused where the device has none, with what to use instead") {
+  auto info = device.info();
+  info.fp64 = false;
+  CHECK_REFUSED(precision_option(info, Precision::doubles), info.name, "float");
+  CHECK_NOTHROW(precision_option(info, Precision::floats));
 }

@@ -1,13 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/refine/light.hpp"
-
-#include <cmath>
-#include <numbers>
-#include <random>
-
 #include "host/common/error.hpp"
+#include "host/refine/light.hpp"
 #include "host/view/reconstruct.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -16,17 +10,7 @@ namespace {
 
 using Complex = std::complex<double>;
 using std::numbers::pi;
-using test::mm;
-using test::um;
-
-FieldStack random_phases(glm::ivec2 size, int frames, unsigned seed) {
-  std::mt19937 random(seed);
-  std::uniform_real_distribution<double> turns(0, 1);
-  FieldStack field{size.x, size.y, frames, {}};
-  for (int i = 0; i < size.x * size.y * frames; ++i)
-    field.samples.emplace_back(std::polar(1.0, 2 * pi * turns(random)));
-  return field;
-}
+using namespace test;
 
 Key key_at(double z_m, glm::dvec2 view, glm::dvec2 aperture, glm::ivec2 size, glm::dvec2 pixel_m) {
   Key key{z_m, view, aperture, {size.x, size.y, {}}, pixel_m, 1};
@@ -96,124 +80,114 @@ TEST_CASE("open parts are those that reconstruct lets through") {
   CHECK(open_part({8, 6}, {3, 0}, {0.5, 0.5}).size.x == 0);
 }
 
-TEST_CASE("Fresnel pictures are the direct sums at the places that the grid names") {
-  for (const auto& device : test::all_devices()) {
-    for (const auto backend : test::backends_of(device)) {
-      for (const auto& s : setups()) {
-        const auto field = random_phases(s.optics.size, 2, 3);
-        const PhaseStack holograms(device, field);
-        std::vector<PictureGrid> grids;
-        for (const auto& key : s.keys)
-          grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
-        Light light(device, backend, s.optics, grids);
-        for (std::size_t key = 0; key < s.keys.size(); ++key) {
-          const auto& grid = light.grid(key);
-          const auto h = masked(field, 1, grid.open);
-          light.show(holograms, 1, key);
-          const auto plane = light.plane().read();
-          double worst = 0;
-          for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
-            for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
-              const double expected =
-                  direct_intensity(s.optics, h, grid.z_m, {grid.x_m(x), grid.y_m(y)});
-              const double got =
-                  std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x]));
-              worst = std::max(worst, std::abs(got - expected));
-            }
+DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid names") {
+  for (const auto backend : backends_of(device)) {
+    for (const auto& s : setups()) {
+      const auto field = random_phases(s.optics.size, 2, 3);
+      const PhaseStack holograms(device, field);
+      std::vector<PictureGrid> grids;
+      for (const auto& key : s.keys)
+        grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
+      Light light(device, backend, s.optics, grids);
+      for (std::size_t key = 0; key < s.keys.size(); ++key) {
+        const auto& grid = light.grid(key);
+        const auto h = masked(field, 1, grid.open);
+        light.show(holograms, 1, key);
+        const auto plane = light.plane().read();
+        double worst = 0;
+        for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
+          for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
+            const double expected =
+                direct_intensity(s.optics, h, grid.z_m, {grid.x_m(x), grid.y_m(y)});
+            const double got =
+                std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x]));
+            worst = std::max(worst, std::abs(got - expected));
           }
-          // Relative to the mean intensity, the number of open pixels; peaks are 10 times as bright
-          INFO(s.optics.size.x << " x " << s.optics.size.y << ", key " << key);
-          CHECK(worst <= 2e-5 * grid.open.size.x * grid.open.size.y);
         }
+        // Relative to the mean intensity, the number of open pixels; peaks are 10 times as bright
+        INFO(s.optics.size.x << " x " << s.optics.size.y << ", key " << key);
+        CHECK(worst <= 2e-5 * grid.open.size.x * grid.open.size.y);
       }
     }
   }
 }
 
-TEST_CASE("exact pictures are those of reconstruct") {
-  for (const auto& device : test::all_devices()) {
-    for (const auto& s : setups()) {
-      const auto field = random_phases(s.optics.size, 1, 5);
-      const PhaseStack holograms(device, field);
-      auto key = key_at(1.3 * mm, {0.2, -0.1}, {0.6, 0.5}, {48, 80}, s.optics.pitch_m);
-      const auto grid = picture_grid(s.optics, key, Propagation::exact);
-      Light light(device, cl::FftBackend::host, s.optics, {grid});
-      light.show(holograms, 0, 0);
-      const auto plane = light.plane().read();
-      ReconstructSpec what;
-      what.z_m = key.z_m;
-      what.view = key.view;
-      what.aperture = key.aperture;
-      what.window_m = glm::dvec2(grid.size) * s.optics.pitch_m;
-      const auto expected = reconstruct(device, cl::FftBackend::host, field,
-                                        {s.optics.size, s.optics.pitch_m, 638e-9}, what);
-      REQUIRE(expected.width == grid.size.x);
-      REQUIRE(expected.height == grid.size.y);
-      double worst = 0;
-      for (std::size_t i = 0; i < expected.pixels.size(); ++i)
-        worst = std::max(worst, std::abs(std::norm(Complex(plane[i])) - expected.pixels[i]));
-      CHECK(worst <= 1e-5);
-    }
+DEVICE_TEST("exact pictures are those of reconstruct") {
+  for (const auto& s : setups()) {
+    const auto field = random_phases(s.optics.size, 1, 5);
+    const PhaseStack holograms(device, field);
+    auto key = key_at(1.3 * mm, {0.2, -0.1}, {0.6, 0.5}, {48, 80}, s.optics.pitch_m);
+    const auto grid = picture_grid(s.optics, key, Propagation::exact);
+    Light light(device, cl::FftBackend::host, s.optics, {grid});
+    light.show(holograms, 0, 0);
+    const auto plane = light.plane().read();
+    ReconstructSpec what{.z_m = key.z_m,
+                         .window_m = glm::dvec2(grid.size) * s.optics.pitch_m,
+                         .view = key.view,
+                         .aperture = key.aperture};
+    const auto expected = reconstruct(device, cl::FftBackend::host, field,
+                                      {s.optics.size, s.optics.pitch_m, 638e-9}, what);
+    REQUIRE(expected.width == grid.size.x);
+    REQUIRE(expected.height == grid.size.y);
+    double worst = 0;
+    for (std::size_t i = 0; i < expected.pixels.size(); ++i)
+      worst = std::max(worst, std::abs(std::norm(Complex(plane[i])) - expected.pixels[i]));
+    CHECK(worst <= 1e-5);
   }
 }
 
-TEST_CASE("the way back is the adjoint: <A x, y> = <x, A* y>") {
+DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
   std::mt19937 random(7);
   std::normal_distribution<float> value;
-  for (const auto& device : test::all_devices()) {
-    for (const auto backend : test::backends_of(device)) {
-      for (const auto propagation : {Propagation::fresnel, Propagation::exact}) {
-        for (const auto& s : setups()) {
-          const auto field = random_phases(s.optics.size, 1, 9);
-          const PhaseStack holograms(device, field);
-          std::vector<PictureGrid> grids;
-          for (const auto& key : s.keys) grids.push_back(picture_grid(s.optics, key, propagation));
-          Light light(device, backend, s.optics, grids);
-          for (std::size_t key = 0; key < s.keys.size(); ++key) {
-            const auto& grid = light.grid(key);
-            const double unitary = light.unitary(key);
-            light.show(holograms, 0, key);
-            auto plane = light.plane().read();
-            // y is zero outside the region
-            Complex left = 0;
-            double energy_y = 0;
-            std::vector<std::complex<float>> y(plane.size());
-            for (int row = 0; row < grid.region_size.y; ++row) {
-              for (int column = 0; column < grid.region_size.x; ++column) {
-                const auto at = static_cast<std::size_t>(grid.region_first.y + row) * grid.size.x +
-                                grid.region_first.x + column;
-                y[at] = {value(random), value(random)};
-                left += Complex(plane[at]) * std::conj(Complex(y[at])) * unitary;
-                energy_y += std::norm(Complex(y[at]));
-              }
+  for (const auto backend : backends_of(device)) {
+    for (const auto propagation : {Propagation::fresnel, Propagation::exact}) {
+      for (const auto& s : setups()) {
+        const auto field = random_phases(s.optics.size, 1, 9);
+        const PhaseStack holograms(device, field);
+        std::vector<PictureGrid> grids;
+        for (const auto& key : s.keys) grids.push_back(picture_grid(s.optics, key, propagation));
+        Light light(device, backend, s.optics, grids);
+        for (std::size_t key = 0; key < s.keys.size(); ++key) {
+          const auto& grid = light.grid(key);
+          const double unitary = light.unitary(key);
+          light.show(holograms, 0, key);
+          auto plane = light.plane().read();
+          // y is zero outside the region
+          Complex left = 0;
+          double energy_y = 0;
+          std::vector<std::complex<float>> y(plane.size());
+          for (int row = 0; row < grid.region_size.y; ++row) {
+            for (int column = 0; column < grid.region_size.x; ++column) {
+              const auto at = static_cast<std::size_t>(grid.region_first.y + row) * grid.size.x +
+                              grid.region_first.x + column;
+              y[at] = {value(random), value(random)};
+              left += Complex(plane[at]) * std::conj(Complex(y[at])) * unitary;
+              energy_y += std::norm(Complex(y[at]));
             }
-            light.plane().write(y);
-            const auto back = light.back(key).read();
-            const auto pitch = light.back_pitch(key);
-            const auto columns = light.column_chirp(key), rows = light.row_chirp(key);
-            const bool fresnel = propagation == Propagation::fresnel;
-            const auto open = fresnel ? grid.open : OpenPart{{0, 0}, s.optics.size};
-            Complex right = 0;
-            for (int row = 0; row < open.size.y; ++row) {
-              for (int column = 0; column < open.size.x; ++column) {
-                const Complex change =
-                    Complex(back[static_cast<std::size_t>(row) * pitch + column]) *
-                    std::conj(Complex(columns[static_cast<std::size_t>(column)]) *
-                              Complex(rows[static_cast<std::size_t>(row)])) *
-                    unitary;
-                const auto x =
-                    Complex(field.samples[static_cast<std::size_t>(open.first.y + row) * field.nx +
-                                          open.first.x + column]);
-                right += x * std::conj(change);
-              }
-            }
-            const double scale =
-                std::sqrt(energy_y * grid.open.size.x * grid.open.size.y);  // |x| |y|
-            INFO(s.optics.size.x << " x " << s.optics.size.y << ", key " << key << ", "
-                                 << (fresnel ? "Fresnel" : "exact"));
-            CHECK(std::abs(left) > 1e-4 * scale);
-            CHECK(std::abs(left - right) <= 1e-6 * scale);
           }
+          light.plane().write(y);
+          const auto back = light.back(key).read();
+          const auto pitch = light.back_pitch(key);
+          const auto columns = light.column_chirp(key), rows = light.row_chirp(key);
+          const bool fresnel = propagation == Propagation::fresnel;
+          const auto open = fresnel ? grid.open : OpenPart{{0, 0}, s.optics.size};
+          Complex right = 0;
+          for (int row = 0; row < open.size.y; ++row) {
+            for (int column = 0; column < open.size.x; ++column) {
+              const Complex change = Complex(back[static_cast<std::size_t>(row) * pitch + column]) *
+                                     std::conj(Complex(columns[column]) * Complex(rows[row])) *
+                                     unitary;
+              const auto x =
+                  Complex(field.samples[static_cast<std::size_t>(open.first.y + row) * field.nx +
+                                        open.first.x + column]);
+              right += x * std::conj(change);
+            }
+          }
+          const double scale =
+              std::sqrt(energy_y * grid.open.size.x * grid.open.size.y);  // |x| |y|
+          CAPTURE(s.optics.size.x, s.optics.size.y, key, (fresnel ? "Fresnel" : "exact"));
+          CHECK(std::abs(left) > 1e-4 * scale);
+          CHECK(std::abs(left - right) <= 1e-6 * scale);
         }
       }
     }

@@ -1,26 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surfaces near the hologram and in its plane: z = 0 is no special place.
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <glm/geometric.hpp>
-#include <numbers>
-
 #include "host/common/error.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/render.hpp"
-#include "tests/support/scenes.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
 using namespace raywave::test;
-using Catch::Matchers::ContainsSubstring;
 using glm::dvec2;
 using glm::dvec3;
 using Complex = std::complex<double>;
@@ -40,101 +29,96 @@ Stage empty_stage() {
 
 }  // namespace
 
-TEST_CASE(
+DEVICE_TEST(
     "points from -95 to +95 mm, also beside one in the hologram's plane, are the direct sum of "
     "their waves under plane, converging and tilted light") {
   const Illumination lights[] = {{}, {0.2, {0, 0}}, {{}, {0.03, -0.02}}};
-  for (const auto& device : all_devices()) {
-    for (const auto& light : lights) {
-      auto stage = empty_stage();
-      stage.scene.slm.illumination = light;
-      const double depths_m[] = {-95e-3, -1e-3, 0, 1e-3, 95e-3};
-      for (int i = 0; i < 5; ++i)
-        stage.add(rectangle({(i - 2) * 0.1e-3, i % 2 * 0.1e-3 - 0.05e-3, depths_m[i]},
-                            {14e-6, 0, 0}, {0, 14e-6, 0}));
-      const Rig rig(device, stage, Method::wrp, false);
-      REQUIRE(is_near_hologram(rig.plan));
-      std::array<int, 5> found{};
-      for (const auto& s : rig.samples) ++found[static_cast<std::size_t>(rig.object_of(s))];
-      for (const int count : found) REQUIRE(count > 0);
+  for (const auto& light : lights) {
+    auto stage = empty_stage();
+    stage.scene.slm.illumination = light;
+    const double depths_m[] = {-95e-3, -1e-3, 0, 1e-3, 95e-3};
+    for (int i = 0; i < 5; ++i)
+      stage.add(rectangle({(i - 2) * 0.1e-3, i % 2 * 0.1e-3 - 0.05e-3, depths_m[i]}, {14e-6, 0, 0},
+                          {0, 14e-6, 0}));
+    const Rig rig(device, stage, Method::wrp, false);
+    REQUIRE(is_near_hologram(rig.plan));
+    std::array<int, 5> found{};
+    for (const auto& s : rig.samples) ++found[rig.object_of(s)];
+    for (const int count : found) REQUIRE(count > 0);
 
-      Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
-      gatherer.draw_phases(1);
-      raywave::cl::ComplexBuffer buffer(
-          device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
-      gatherer.gather(rig.plan.wrps.at(0), buffer);
-      const auto field = buffer.read();
-      const auto what = reference::gathering(rig);
-      double difference = 0, energy = 0;
-      int pixels = 0, finite = 0;
-      for (std::size_t i = 0; i < field.size(); ++i) {
-        finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
-        const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
-        Complex sum = 0;
-        bool unsure = false;
-        for (std::size_t n = 0; n < rig.samples.size(); ++n) {
-          const auto p = place(rig.samples[n]) + rig.plan.origin_m;
-          const auto path = at - p;
-          const double r = glm::length(path), side = p.z < 0 ? -1 : 1;
-          if (std::abs(p.z) < 1e-6) {  // has no spherical wave
-            unsure = unsure || (std::abs(path.x) < 24 * pitch_m && std::abs(path.y) < 24 * pitch_m);
-            continue;
-          }
-          const auto beyond = side * dvec2(path) / r - light.sine_at(dvec2(at));
-          const double most = std::max(std::abs(beyond.x), std::abs(beyond.y));
-          unsure = unsure || std::abs(most - largest_sine) < 1e-5;
-          if (most > largest_sine) continue;
-          const auto wave =
-              std::polar(1.0, side * 2 * std::numbers::pi * std::remainder(r / wavelength_m, 1.0));
-          double share = rig.samples[n].hidden ? reference::smooth_share(what, n, dvec2(at)) : 1;
-          sum += share * reference::amplitude_towards(what, n, path / -path.z) / r * wave *
-                 reference::phasor_of(what, n, 1);
+    Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+    gatherer.draw_phases(1);
+    raywave::cl::ComplexBuffer buffer(
+        device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
+    gatherer.gather(rig.plan.wrps.at(0), buffer);
+    const auto field = buffer.read();
+    const auto what = reference::gathering(rig);
+    double difference = 0, energy = 0;
+    int pixels = 0, finite = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
+      const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
+      Complex sum = 0;
+      bool unsure = false;
+      for (std::size_t n = 0; n < rig.samples.size(); ++n) {
+        const auto p = place(rig.samples[n]) + rig.plan.origin_m;
+        const auto path = at - p;
+        const double r = glm::length(path), side = p.z < 0 ? -1 : 1;
+        if (std::abs(p.z) < 1e-6) {  // has no spherical wave
+          unsure = unsure || (std::abs(path.x) < 24 * pitch_m && std::abs(path.y) < 24 * pitch_m);
+          continue;
         }
-        if (unsure) continue;
-        ++pixels;
-        difference += std::norm(Complex(field[i]) - sum);
-        energy += std::norm(sum);
+        const auto beyond = side * dvec2(path) / r - light.sine_at(dvec2(at));
+        const double most = std::max(std::abs(beyond.x), std::abs(beyond.y));
+        unsure = unsure || std::abs(most - largest_sine) < 1e-5;
+        if (most > largest_sine) continue;
+        const auto wave =
+            std::polar(1.0, side * 2 * std::numbers::pi * std::remainder(r / wavelength_m, 1.0));
+        double share = rig.samples[n].hidden ? reference::smooth_share(what, n, dvec2(at)) : 1;
+        sum += share * reference::amplitude_towards(what, n, path / -path.z) / r * wave *
+               reference::phasor_of(what, n, 1);
       }
-      const double error = std::sqrt(difference / energy);
-      INFO("sine " << light.sine.x << ": error " << error << " of " << pixels << " pixels");
-      CHECK(finite == 160 * 128);
-      CHECK(pixels > 10000);
-      CHECK(error < 1e-5);
+      if (unsure) continue;
+      ++pixels;
+      difference += std::norm(Complex(field[i]) - sum);
+      energy += std::norm(sum);
     }
+    const double error = std::sqrt(difference / energy);
+    INFO("sine " << light.sine.x << ": error " << error << " of " << pixels << " pixels");
+    CHECK(finite == 160 * 128);
+    CHECK(pixels > 10000);
+    CHECK(error < 1e-5);
   }
 }
 
-TEST_CASE("a card through the hologram's plane is as bright there as on both sides of it") {
-  for (const auto& device : all_devices()) {
-    for (const double tilt : {0.0, 0.5, 2.0}) {  // half depth over half width
-      auto stage = empty_stage();
-      stage.scene.sampling.frames = 8;
-      stage.scene.sampling.pitch_m = 8e-6;
-      const double half_m = 0.6e-3;
-      stage.add(rectangle({0, 0, 0}, {half_m, 0, tilt * half_m}, {0, half_m, 0}), glowing());
-      const auto result = render(device, stage.scene, stage.world);
-      REQUIRE(is_near_hologram(result.plan));
-      // All that pixels show of a surface: radiance times the square of the band's sines
-      const double wanted = std::pow(2 * largest_sine, 2);
-      const std::size_t nx = 160, ny = 128;
-      for (std::size_t band = 0; band < 5; ++band) {
-        double sum = 0, brightest = 0;
-        int count = 0;
-        for (std::size_t frame = 0; frame < 8; ++frame) {
-          for (std::size_t y = 32; y < 96; ++y) {
-            for (std::size_t x = 16 + band * 25; x < 16 + (band + 1) * 25; ++x) {
-              const double here = std::norm(result.field.samples[(frame * ny + y) * nx + x]);
-              sum += here;
-              brightest = std::max(brightest, here);
-              ++count;
-            }
+DEVICE_TEST("a card through the hologram's plane is as bright there as on both sides of it") {
+  for (const double tilt : {0.0, 0.5, 2.0}) {  // half depth over half width
+    auto stage = empty_stage();
+    stage.scene.sampling.frames = 8;
+    stage.scene.sampling.pitch_m = 8e-6;
+    const double half_m = 0.6e-3;
+    stage.add(rectangle({0, 0, 0}, {half_m, 0, tilt * half_m}, {0, half_m, 0}), glowing());
+    const auto result = render(device, stage.scene, stage.world);
+    REQUIRE(is_near_hologram(result.plan));
+    // All that pixels show of a surface: radiance times the square of the band's sines
+    const double wanted = std::pow(2 * largest_sine, 2);
+    const std::size_t nx = 160, ny = 128;
+    for (std::size_t band = 0; band < 5; ++band) {
+      double sum = 0, brightest = 0;
+      int count = 0;
+      for (std::size_t frame = 0; frame < 8; ++frame) {
+        for (std::size_t y = 32; y < 96; ++y) {
+          for (std::size_t x = 16 + band * 25; x < 16 + (band + 1) * 25; ++x) {
+            const double here = std::norm(result.field.samples[(frame * ny + y) * nx + x]);
+            sum += here;
+            brightest = std::max(brightest, here);
+            ++count;
           }
         }
-        INFO("tilt " << tilt << ", columns from " << 16 + band * 25 << ": " << sum / count / wanted
-                     << " of the light wanted, brightest " << brightest / wanted);
-        CHECK(std::abs(sum / count / wanted - 1) < 0.05);
-        CHECK(brightest < 25 * wanted);
       }
+      CAPTURE(tilt, 16 + band * 25, sum / count / wanted, brightest / wanted);
+      CHECK(std::abs(sum / count / wanted - 1) < 0.05);
+      CHECK(brightest < 25 * wanted);
     }
   }
 }
@@ -144,10 +128,10 @@ TEST_CASE("scenes in the hologram's plane refuse what cannot show them") {
   stage.add(rectangle({0, 0, 0}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}));
   CHECK(make_plan(stage.scene, stage.world).is_at_hologram());
   stage.scene.wrp.propagation = WrpPropagation::compact;
-  CHECK_THROWS_WITH(make_plan(stage.scene, stage.world), ContainsSubstring("wrp.propagation"));
+  CHECK_REFUSED(make_plan(stage.scene, stage.world), "wrp.propagation");
   stage.scene.wrp.propagation = WrpPropagation::automatic;
   stage.scene.sampling.mode = SamplingMode::fan;
-  CHECK_THROWS_WITH(make_plan(stage.scene, stage.world), ContainsSubstring("aimed"));
+  CHECK_REFUSED(make_plan(stage.scene, stage.world), "aimed");
 }
 
 TEST_CASE("a scene that moves through the hologram's plane gives what scenes there give") {
@@ -177,28 +161,26 @@ TEST_CASE("a scene that moves through the hologram's plane gives what scenes the
   }
 }
 
-TEST_CASE("near the hologram, reconstructions show what a lens sees within the pixels' angles") {
-  for (const auto& device : all_devices()) {
-    auto stage = empty_stage();
-    stage.scene.hologram.resolution = {320, 240};
-    stage.scene.sampling.frames = 8;
-    stage.scene.sampling.pitch_m = 10e-6;
-    for (int i = 0; i < 4; ++i) {
-      stage.add(rectangle({-0.5e-3 + 0.12e-3 * i, 0, -0.25e-3}, {0.03e-3, 0, 0}, {0, 0.3e-3, 0}),
-                glowing());
-      stage.add(rectangle({0.33e-3, -0.2e-3 + 0.12e-3 * i, 1e-3}, {0.2e-3, 0, 0}, {0, 0.03e-3, 0}),
-                glowing());
-    }
-    const auto shown = render(device, stage.scene, stage.world);
-    REQUIRE(is_near_hologram(shown.plan));
-    const auto similar = [&](double lens_z_m, double shown_z_m) {
-      return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 20);
-    };
-    const double before = similar(-0.25e-3, -0.25e-3), beyond = similar(1e-3, 1e-3),
-                 swapped = similar(-0.25e-3, 1e-3);
-    INFO("before " << before << " dB, beyond " << beyond << ", swapped " << swapped);
-    CHECK(before > 22);
-    CHECK(beyond > 22);
-    CHECK(swapped < before - 4);
+DEVICE_TEST("near the hologram, reconstructions show what a lens sees within the pixels' angles") {
+  auto stage = empty_stage();
+  stage.scene.hologram.resolution = {320, 240};
+  stage.scene.sampling.frames = 8;
+  stage.scene.sampling.pitch_m = 10e-6;
+  for (int i = 0; i < 4; ++i) {
+    stage.add(rectangle({-0.5e-3 + 0.12e-3 * i, 0, -0.25e-3}, {0.03e-3, 0, 0}, {0, 0.3e-3, 0}),
+              glowing());
+    stage.add(rectangle({0.33e-3, -0.2e-3 + 0.12e-3 * i, 1e-3}, {0.2e-3, 0, 0}, {0, 0.03e-3, 0}),
+              glowing());
   }
+  const auto shown = render(device, stage.scene, stage.world);
+  REQUIRE(is_near_hologram(shown.plan));
+  const auto similar = [&](double lens_z_m, double shown_z_m) {
+    return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 20);
+  };
+  const double before = similar(-0.25e-3, -0.25e-3), beyond = similar(1e-3, 1e-3),
+               swapped = similar(-0.25e-3, 1e-3);
+  INFO("before " << before << " dB, beyond " << beyond << ", swapped " << swapped);
+  CHECK(before > 22);
+  CHECK(beyond > 22);
+  CHECK(swapped < before - 4);
 }

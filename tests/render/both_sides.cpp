@@ -1,23 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes before the hologram (z < 0: real images), and on both sides of it.
-#include <algorithm>
-#include <complex>
-#include <glm/geometric.hpp>
-#include <numbers>
-#include <string>
-
 #include "host/common/error.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/render.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
-#include "tests/support/scenes.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
 using namespace raywave::test;
-using Catch::Matchers::ContainsSubstring;
 using glm::dvec2;
 using glm::dvec3;
 
@@ -55,12 +45,7 @@ Stage striped_cards() {
 
 /// A message of make_plan.
 std::string refusal_of(const Stage& stage, Method method = Method::wrp) {
-  try {
-    make_plan(stage.scene, stage.world, method);
-  } catch (const InputError& error) {
-    return error.what();
-  }
-  return "";
+  return input_error_of([&] { make_plan(stage.scene, stage.world, method); });
 }
 
 /// The sample of an object, which has one only.
@@ -77,37 +62,33 @@ std::size_t only_sample(const Rig& rig, int object) {
 
 }  // namespace
 
-TEST_CASE("a scene and its mirror image give conjugate fields, to the rounding of places") {
+DEVICE_TEST("a scene and its mirror image give conjugate fields, to the rounding of places") {
   const double x_m = GENERATE(0.3e-3, 1.5e-3), depth_m = GENERATE(2.2e-3, 0.1e-3, 10e-6);
   // Places are floats about the middle of the scene: half their last bit, as a phase
   const double largest_sine = 638e-9 / 16e-6;
   const double rounding =
       2 * std::numbers::pi / 638e-9 * 0x1p-24 * (depth_m + largest_sine * 2 * (x_m + 0.2e-3));
-  for (const auto& device : all_devices()) {
-    for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
-      for (const auto method : {Method::wrp, Method::points}) {
-        if (method == Method::points && propagation == WrpPropagation::compact) continue;
-        const auto beyond = with(propagation, two_cards(1, x_m, depth_m)),
-                   before = with(propagation, two_cards(-1, x_m, depth_m));
-        RenderOptions options;
-        options.method = method;
-        const auto a = render(device, beyond.scene, beyond.world, options);
-        auto b = render(device, before.scene, before.world, options);
-        REQUIRE(b.plan.far_m < 0);
-        for (auto& sample : b.field.samples) sample = std::conj(sample);
-        const auto same = compare_fields(a.field, b.field);
-        INFO("method " << static_cast<int>(method) << ", " << x_m << " m from the axis, " << depth_m
-                       << " m deep: error " << same.error << ", rounding " << rounding);
-        CHECK(same.error < rounding);
-        // They are no real numbers, whose conjugates they would be anyhow.
-        for (auto& sample : b.field.samples) sample = std::conj(sample);
-        CHECK(compare_fields(a.field, b.field).correlation < 0.2);
-      }
+  for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
+    for (const auto method : {Method::wrp, Method::points}) {
+      if (method == Method::points && propagation == WrpPropagation::compact) continue;
+      const auto beyond = with(propagation, two_cards(1, x_m, depth_m)),
+                 before = with(propagation, two_cards(-1, x_m, depth_m));
+      RenderOptions options{.method = method};
+      const auto a = render(device, beyond.scene, beyond.world, options);
+      auto b = render(device, before.scene, before.world, options);
+      REQUIRE(b.plan.far_m < 0);
+      for (auto& sample : b.field.samples) sample = std::conj(sample);
+      const auto same = compare_fields(a.field, b.field);
+      CAPTURE(static_cast<int>(method), x_m, depth_m, same.error, rounding);
+      CHECK(same.error < rounding);
+      // They are no real numbers, whose conjugates they would be anyhow.
+      for (auto& sample : b.field.samples) sample = std::conj(sample);
+      CHECK(compare_fields(a.field, b.field).correlation < 0.2);
     }
   }
 }
 
-TEST_CASE("what is nearer to the eye hides what is farther, before the hologram and beyond it") {
+DEVICE_TEST("what is nearer to the eye hides what is farther, before the hologram and beyond it") {
   struct Case {
     const char* name;
     double point_z_m, card_z_m;
@@ -119,57 +100,53 @@ TEST_CASE("what is nearer to the eye hides what is farther, before the hologram 
       {"a card before the hologram, a point beyond", 20e-3, -10e-3, true},
       {"a card beyond the hologram, a point before", -20e-3, 10e-3, false},
       {"both beyond the hologram", 20e-3, 10e-3, true}};
-  for (const auto& device : all_devices()) {
-    for (const auto& [name, point_z_m, card_z_m, hides] : cases) {
-      Stage stage;
-      stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
-      stage.add(rectangle({13e-6, 13e-6, point_z_m}, {18e-6, 0, 0}, {0, 18e-6, 0}));
-      // Its left edge lies at x = 0.02 mm.
-      stage.add(rectangle({5.02e-3, 0, card_z_m}, {5e-3, 0, 0}, {0, 5e-3, 0}));
-      stage.scene.sampling.pitch_m = 36e-6;
-      const Rig rig(device, stage);
-      const auto point = only_sample(rig, 0);
-      const auto p = reference::place(rig.samples[point]) + rig.plan.origin_m;
-      const auto window_m =
-          dvec2(rig.plan.size) * rig.plan.pitch_m * std::max(1.0, rig.plan.cone_half_width);
-      const int parts = rig.table.visibility_parts;
-      int wrong = 0, hidden = 0;
-      for (int i = 0; i < parts; ++i) {
-        const double from_x = ((i + 0.5) / parts - 0.5) * window_m.x;
-        const double at_x = from_x + (p.x - from_x) * card_z_m / p.z;  // of the line, on the card
-        for (int j = 0; j < parts; ++j) {
-          const bool is_hidden = hides && at_x > 0.02e-3;
-          wrong += rig.sees(point, i, j) == is_hidden;
-          hidden += is_hidden;
-        }
+  for (const auto& [name, point_z_m, card_z_m, hides] : cases) {
+    Stage stage;
+    stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+    stage.add(rectangle({13e-6, 13e-6, point_z_m}, {18e-6, 0, 0}, {0, 18e-6, 0}));
+    // Its left edge lies at x = 0.02 mm.
+    stage.add(rectangle({5.02e-3, 0, card_z_m}, {5e-3, 0, 0}, {0, 5e-3, 0}));
+    stage.scene.sampling.pitch_m = 36e-6;
+    const Rig rig(device, stage);
+    const auto point = only_sample(rig, 0);
+    const auto p = reference::place(rig.samples[point]) + rig.plan.origin_m;
+    const auto window_m =
+        dvec2(rig.plan.size) * rig.plan.pitch_m * std::max(1.0, rig.plan.cone_half_width);
+    const int parts = rig.table.visibility_parts;
+    int wrong = 0, hidden = 0;
+    for (int i = 0; i < parts; ++i) {
+      const double from_x = ((i + 0.5) / parts - 0.5) * window_m.x;
+      const double at_x = from_x + (p.x - from_x) * card_z_m / p.z;  // of the line, on the card
+      for (int j = 0; j < parts; ++j) {
+        const bool is_hidden = hides && at_x > 0.02e-3;
+        wrong += rig.sees(point, i, j) == is_hidden;
+        hidden += is_hidden;
       }
-      INFO(name << ": " << hidden << " hidden, " << wrong << " wrong");
-      CHECK(wrong == 0);
-      CHECK((hidden > 0 && hidden < parts * parts) == hides);
-      // What the eye sees of a surface faces it.
-      for (const auto& s : rig.samples) CHECK(s.nz < 0);
     }
+    INFO(name << ": " << hidden << " hidden, " << wrong << " wrong");
+    CHECK(wrong == 0);
+    CHECK((hidden > 0 && hidden < parts * parts) == hides);
+    // What the eye sees of a surface faces it.
+    for (const auto& s : rig.samples) CHECK(s.nz < 0);
   }
 }
 
-TEST_CASE("a closed ball before the hologram has samples on all of the side that faces the eye") {
+DEVICE_TEST("a closed ball before the hologram has samples on all of the side that faces the eye") {
   // Normal cones cull what faces away from the eye, where rays go towards the hologram's centre.
-  for (const auto& device : all_devices()) {
-    for (const double z_m : {-30e-3, 30e-3}) {
-      Stage stage;
-      stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
-      const double radius_m = 0.4e-3;
-      stage.add(sphere({0, 0, z_m}, radius_m, 24));
-      const Rig rig(device, stage, Method::points, false);
-      const double step_m = rig.plan.lattice.step * std::abs(z_m);
-      const double wanted = std::numbers::pi * radius_m * radius_m / (step_m * step_m);
-      INFO(z_m << ": " << rig.samples.size() << " samples, " << wanted << " wanted");
-      CHECK(std::abs(static_cast<double>(rig.samples.size()) / wanted - 1) < 0.03);
-      int wrong = 0;
-      for (const auto& s : rig.samples)
-        wrong += reference::place(s).z > 0.02 * radius_m || s.nz > 0.1f || !(s.weight > 0);
-      CHECK(wrong == 0);
-    }
+  for (const double z_m : {-30e-3, 30e-3}) {
+    Stage stage;
+    stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+    const double radius_m = 0.4e-3;
+    stage.add(sphere({0, 0, z_m}, radius_m, 24));
+    const Rig rig(device, stage, Method::points, false);
+    const double step_m = rig.plan.lattice.step * std::abs(z_m);
+    const double wanted = std::numbers::pi * radius_m * radius_m / (step_m * step_m);
+    INFO(z_m << ": " << rig.samples.size() << " samples, " << wanted << " wanted");
+    CHECK(std::abs(static_cast<double>(rig.samples.size()) / wanted - 1) < 0.03);
+    int wrong = 0;
+    for (const auto& s : rig.samples)
+      wrong += reference::place(s).z > 0.02 * radius_m || s.nz > 0.1f || !(s.weight > 0);
+    CHECK(wrong == 0);
   }
 }
 
@@ -181,29 +158,26 @@ TEST_CASE("what does not know z < 0 says so") {
   refined.scene.refine.emplace();
   distance.scene.wrp.distances_m = {40e-3};
   CHECK(refusal_of(before).empty());
-  CHECK_THAT(refusal_of(fans), ContainsSubstring("z = -42.2 mm") && ContainsSubstring("aimed"));
-  CHECK_THAT(refusal_of(before, Method::rays), ContainsSubstring("give \"points\""));
-  CHECK_THAT(refusal_of(mirror), ContainsSubstring("mirrors and glass"));
-  CHECK_THAT(refusal_of(refined), ContainsSubstring("[refine]"));
-  CHECK_THAT(refusal_of(distance), ContainsSubstring("wrp.distance"));
+  CHECK_SAYS(refusal_of(fans), "z = -42.2 mm", "aimed");
+  CHECK_SAYS(refusal_of(before, Method::rays), "give \"points\"");
+  CHECK_SAYS(refusal_of(mirror), "mirrors and glass");
+  CHECK_SAYS(refusal_of(refined), "[refine]");
+  CHECK_SAYS(refusal_of(distance), "wrp.distance");
 }
 
-TEST_CASE("reconstructions before and beyond the hologram show what a lens sees there") {
-  for (const auto& device : all_devices()) {
-    for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
-      const auto stage = with(propagation, striped_cards());
-      const auto shown = render(device, stage.scene, stage.world);
-      const auto similar = [&](double lens_z_m, double shown_z_m) {
-        return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 8);
-      };
-      const double before = similar(-40e-3, -40e-3), beyond = similar(45e-3, 45e-3),
-                   swapped = similar(-40e-3, 45e-3), unfocused = similar(-40e-3, -30e-3);
-      INFO("before " << before << " dB, beyond " << beyond << ", swapped " << swapped
-                     << ", out of focus " << unfocused);
-      CHECK(before > 24);
-      CHECK(beyond > 24);
-      CHECK(swapped < before - 6);
-      CHECK(unfocused < before - 3);
-    }
+DEVICE_TEST("reconstructions before and beyond the hologram show what a lens sees there") {
+  for (const auto propagation : {WrpPropagation::spectrum, WrpPropagation::compact}) {
+    const auto stage = with(propagation, striped_cards());
+    const auto shown = render(device, stage.scene, stage.world);
+    const auto similar = [&](double lens_z_m, double shown_z_m) {
+      return psnr_db_of_shown(device, stage, shown, lens_z_m, shown_z_m, 8);
+    };
+    const double before = similar(-40e-3, -40e-3), beyond = similar(45e-3, 45e-3),
+                 swapped = similar(-40e-3, 45e-3), unfocused = similar(-40e-3, -30e-3);
+    CAPTURE(before, beyond, swapped, unfocused);
+    CHECK(before > 24);
+    CHECK(beyond > 24);
+    CHECK(swapped < before - 6);
+    CHECK(unfocused < before - 3);
   }
 }

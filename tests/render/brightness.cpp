@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brightness of fields: |u|^2 at the hologram is the irradiance of the scene's radiance, whatever
 // the sampling pitch, the method and the tiles (docs/conventions.md#brightness).
-#include <cmath>
-#include <numbers>
-
 #include "host/render.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/render.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
-using test::mm;
-using test::um;
+using namespace test;
 
 constexpr double radiance = 0.7, width_m = 2.4 * mm, z_m = 40 * mm;
 
@@ -26,11 +19,10 @@ Scene square_scene(const Folder& folder, double pitch_m) {
   scene.hologram.pitch_m = {4 * um, 4 * um};
   scene.sampling.pitch_m = pitch_m;
   scene.sampling.frames = 8;
-  auto material = test::glowing();
+  auto material = glowing();
   material.ambient = glm::dvec3(radiance);
   scene.materials = {material};
-  scene.objects = {
-      test::object_at(folder.write("square.obj", test::square_obj()), width_m, {0, 0, z_m})};
+  scene.objects = {object_at(folder.write("square.obj", square_obj()), width_m, {0, 0, z_m})};
   return scene;
 }
 
@@ -67,23 +59,18 @@ double deviation(const Scene& scene) {
   return std::sqrt((pairs - 1) / scene.sampling.frames) / n;
 }
 
-TEST_CASE("|u|^2 is radiance times solid angle, whatever the sampling pitch") {
+DEVICE_TEST("|u|^2 is radiance times solid angle, whatever the sampling pitch") {
   const Folder folder;
-  for (const auto& device : test::all_devices()) {
-    for (const auto method : {Method::points, Method::wrp}) {
-      for (const double pitch_m : {50 * um, 73 * um, 100 * um, 200 * um}) {
-        auto scene = square_scene(folder, pitch_m);
-        RenderOptions options;
-        options.method = method;
-        const auto result = test::rendered(device, scene, options);
-        const double off = mean_square(result.field.samples) / expected() - 1;
-        INFO((method == Method::points ? "points" : "WRPs")
-             << ", pitch " << pitch_m << ": off by " << off << ", deviation " << deviation(scene)
-             << ", " << result.samples << " samples");
-        // Measured up to 0.0096. Edges within a cell are known to a quarter of it: 1.5 % of the
-        // light at 73 um.
-        CHECK(std::abs(off) < 0.01 + 3 * deviation(scene));
-      }
+  for (const auto method : {Method::points, Method::wrp}) {
+    for (const double pitch_m : {50 * um, 73 * um, 100 * um, 200 * um}) {
+      auto scene = square_scene(folder, pitch_m);
+      const auto result = rendered(device, scene, RenderOptions{.method = method});
+      const double off = mean_square(result.field.samples) / expected() - 1;
+      CAPTURE((method == Method::points ? "points" : "WRPs"), pitch_m, off, deviation(scene),
+              result.samples);
+      // Measured up to 0.0096. Edges within a cell are known to a quarter of it: 1.5 % of the
+      // light at 73 um.
+      CHECK(std::abs(off) < 0.01 + 3 * deviation(scene));
     }
   }
 }
@@ -91,25 +78,23 @@ TEST_CASE("|u|^2 is radiance times solid angle, whatever the sampling pitch") {
 // The wave of a sample near its WRP is cut off four spots beyond its footprint, so that the light
 // ripples over the window: to 1.004 of its brightness in the mean over a hologram in one piece, to
 // 1.022 over 2 x 2 tiles, whose cone is flat up to their borders (docs/accuracy.md#tiles).
-TEST_CASE("tiles are as bright as one piece, but for ripples of samples near the WRPs") {
+DEVICE_TEST("tiles are as bright as one piece, but for ripples of samples near the WRPs") {
   const Folder folder;
-  for (const auto& device : test::all_devices()) {
-    auto scene = square_scene(folder, 100 * um);
-    scene.hologram.resolution = {1200, 1000};
-    scene.wrp.propagation = WrpPropagation::spectrum;
-    scene.sampling.frames = 1;
-    const auto brightness = [&](glm::ivec2 tiles) {
-      scene.hologram.tiles = tiles;
-      return mean_square(test::rendered(device, scene).field.samples);
-    };
-    scene.wrp.distances_m = {30 * mm};
-    const double far = brightness({2, 2}) / brightness({1, 1});
-    scene.wrp.distances_m = {z_m};
-    const double amid = brightness({2, 2}) / brightness({1, 1});
-    INFO("WRPs 10 mm before the square: " << far << ", in it: " << amid);
-    CHECK(far == Catch::Approx(1).margin(0.01));      // measured 1.004
-    CHECK(amid == Catch::Approx(1.02).margin(0.01));  // measured 1.016
-  }
+  auto scene = square_scene(folder, 100 * um);
+  scene.hologram.resolution = {1200, 1000};
+  scene.wrp.propagation = WrpPropagation::spectrum;
+  scene.sampling.frames = 1;
+  const auto brightness = [&](glm::ivec2 tiles) {
+    scene.hologram.tiles = tiles;
+    return mean_square(rendered(device, scene).field.samples);
+  };
+  scene.wrp.distances_m = {30 * mm};
+  const double far = brightness({2, 2}) / brightness({1, 1});
+  scene.wrp.distances_m = {z_m};
+  const double amid = brightness({2, 2}) / brightness({1, 1});
+  INFO("WRPs 10 mm before the square: " << far << ", in it: " << amid);
+  CHECK(far == Catch::Approx(1).margin(0.01));      // measured 1.004
+  CHECK(amid == Catch::Approx(1.02).margin(0.01));  // measured 1.016
 }
 
 }  // namespace

@@ -1,21 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Grey levels are copied to the host while the next frame is computed.
-#include <algorithm>
-
 #include "host/encode/encode.hpp"
 #include "host/render.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/opencl_spy.hpp"
 #include "tests/support/render.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
-using test::mm;
-using test::um;
+using namespace test;
 
 constexpr glm::ivec2 size{120, 90};
 constexpr std::size_t pixels = 120 * 90;
@@ -28,40 +22,36 @@ Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
   scene.hologram.tiles = tiles;
   scene.sampling.pitch_m = 20 * um;
   scene.sampling.frames = frames;
-  scene.materials = {test::glowing()};
-  scene.objects = {
-      test::object_at(folder.write("wall.obj", test::square_obj()), 0.4 * mm, {0, 0, 10 * mm})};
+  scene.materials = {glowing()};
+  scene.objects = {object_at(folder.write("wall.obj", square_obj()), 0.4 * mm, {0, 0, 10 * mm})};
   scene.objects[0].rotation_deg = {5, -8, 0};
   return scene;
 }
 
 constexpr glm::ivec2 divisions[] = {{1, 1}, {2, 2}};
 
-TEST_CASE("the levels of every frame and tile match the returned field") {
+DEVICE_TEST("the levels of every frame and tile match the returned field") {
   const Folder folder;
-  for (const auto& device : test::all_devices()) {
-    for (const auto tiles : divisions) {
-      Renderer renderer(device, wall_scene(folder, tiles, 5));
-      for (int picture = 0; picture < 2; ++picture) {
-        const auto result = renderer.render();
-        REQUIRE(result.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
-        for (std::size_t frame = 0; frame < 5; ++frame) {
-          const auto from =
-              result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
-          const std::vector field(from, from + static_cast<std::ptrdiff_t>(pixels));
-          REQUIRE(std::any_of(field.begin(), field.end(),
-                              [](auto z) { return z != std::complex<float>(); }));
-          Encoder encoder(device, result.panel);
-          CHECK(result.levels[frame] ==
-                encode(device, encoder, {size.x, size.y, 1, field}).front());
-          if (frame > 0) CHECK(result.levels[frame] != result.levels[frame - 1]);
-        }
+  for (const auto tiles : divisions) {
+    Renderer renderer(device, wall_scene(folder, tiles, 5));
+    for (int picture = 0; picture < 2; ++picture) {
+      const auto result = renderer.render();
+      REQUIRE(result.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
+      for (std::size_t frame = 0; frame < 5; ++frame) {
+        const auto from =
+            result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
+        const std::vector field(from, from + static_cast<std::ptrdiff_t>(pixels));
+        REQUIRE(std::any_of(field.begin(), field.end(),
+                            [](auto z) { return z != std::complex<float>(); }));
+        Encoder encoder(device, result.panel);
+        CHECK(result.levels[frame] == encode(device, encoder, {size.x, size.y, 1, field}).front());
+        if (frame > 0) CHECK(result.levels[frame] != result.levels[frame - 1]);
       }
     }
   }
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "levels made of a virtual plane's transform in one pass are those of the field, to a level "
     "where rounding decides") {
   const Folder folder;
@@ -87,32 +77,29 @@ TEST_CASE(
   cases.back().second.hologram = {{590, 560}, {1 * um, 1 * um}, 638e-9};
   cases.back().second.objects[0].position_m.z = 1 * mm;
   cases.back().second.sampling.pitch_m = 8 * um;
-  for (const auto& device : test::all_devices()) {
-    for (const auto fft : {cl::FftBackend::host, cl::default_backend(device.info())}) {
-      for (const auto& [name, scene] : cases) {
-        INFO(device.info().name << ", " << name);
-        RenderOptions options;
-        options.fft = fft;
-        const auto kept = test::rendered(device, scene, options);
-        options.keep_field = false;
-        const auto direct = test::rendered(device, scene, options);
-        REQUIRE(kept.plan.compact);
-        CHECK(encodes_transforms(direct.plan, false) == (direct.plan.layers.size() == 1));
-        CHECK(direct.field.samples.empty());
-        const int grey_levels = 256, most = scene.slm.encoding == Encoding::lee ? 255
-                                            : scene.slm.levels == 16            ? 16
-                                                                                : 1;
-        for (std::size_t frame = 0; frame < kept.levels.size(); ++frame) {
-          int differ = 0, farthest = 0;
-          for (std::size_t i = 0; i < kept.levels[frame].size(); ++i) {
-            const int apart = std::abs(kept.levels[frame][i] - direct.levels[frame][i]);
-            differ += apart > 0;
-            farthest = std::max(farthest, std::min(apart, grey_levels - apart));
-          }
-          // Measured: none differs
-          CHECK(differ <= 20);
-          CHECK(farthest <= most);
+  for (const auto fft : {cl::FftBackend::host, cl::default_backend(device.info())}) {
+    for (const auto& [name, scene] : cases) {
+      INFO(device.info().name << ", " << name);
+      RenderOptions options{.fft = fft};
+      const auto kept = rendered(device, scene, options);
+      options.keep_field = false;
+      const auto direct = rendered(device, scene, options);
+      REQUIRE(kept.plan.compact);
+      CHECK(encodes_transforms(direct.plan, false) == (direct.plan.layers.size() == 1));
+      CHECK(direct.field.samples.empty());
+      const int grey_levels = 256, most = scene.slm.encoding == Encoding::lee ? 255
+                                          : scene.slm.levels == 16            ? 16
+                                                                              : 1;
+      for (std::size_t frame = 0; frame < kept.levels.size(); ++frame) {
+        int differ = 0, farthest = 0;
+        for (std::size_t i = 0; i < kept.levels[frame].size(); ++i) {
+          const int apart = std::abs(kept.levels[frame][i] - direct.levels[frame][i]);
+          differ += apart > 0;
+          farthest = std::max(farthest, std::min(apart, grey_levels - apart));
         }
+        // Measured: none differs
+        CHECK(differ <= 20);
+        CHECK(farthest <= most);
       }
     }
   }
@@ -122,11 +109,10 @@ TEST_CASE(
     "levels are copied without blocking, after the kernels of their frame, on a queue without "
     "launches") {
   const Folder folder;
-  auto& spy = test::opencl_spy();
+  auto& spy = opencl_spy();
   for (const auto& info : cl::list_devices()) {
     const cl::Device device(info);
-    RenderOptions options;
-    options.keep_field = false;
+    RenderOptions options{.keep_field = false};
     spy.reads.clear();
     spy.launched_on.clear();
     auto scene = wall_scene(folder, {2, 1}, 3);
@@ -148,7 +134,7 @@ TEST_CASE(
 
 TEST_CASE("a device that gives only one queue computes the same levels") {
   const Folder folder;
-  auto& spy = test::opencl_spy();
+  auto& spy = opencl_spy();
   const auto scene = wall_scene(folder, {2, 2}, 3);
   for (const auto& info : cl::list_devices()) {
     const auto two = render(cl::Device(info), scene);
@@ -160,21 +146,19 @@ TEST_CASE("a device that gives only one queue computes the same levels") {
   }
 }
 
-TEST_CASE("later launches do not change a copy, and an abandoned copy ends with its handle") {
-  for (const auto& device : test::all_devices()) {
-    const std::vector<float> ones(1 << 20, 1.0f), twos(1 << 20, 2.0f);
-    std::vector<float> first(ones.size()), second(ones.size());
-    cl::Buffer<float> from(device, ones, "numbers"), other(device, twos, "other numbers");
-    cl::Buffer<float> turn[2] = {{device, ones.size(), "turn"}, {device, ones.size(), "turn"}};
-    turn[0].copy_from(from, 0);
-    auto copy = turn[0].start_reading_rows(first.data(), first.size(), first.size());
-    turn[1].copy_from(other, 0);
-    { const auto left = turn[1].start_reading_rows(second.data(), 1024, 1024); }
-    copy.wait();
-    copy.wait();  // nothing is left to wait for
-    CHECK(first == ones);
-    CHECK(second == twos);
-  }
+DEVICE_TEST("later launches do not change a copy, and an abandoned copy ends with its handle") {
+  const std::vector<float> ones(1 << 20, 1.0f), twos(1 << 20, 2.0f);
+  std::vector<float> first(ones.size()), second(ones.size());
+  cl::Buffer<float> from(device, ones, "numbers"), other(device, twos, "other numbers");
+  cl::Buffer<float> turn[2] = {{device, ones.size(), "turn"}, {device, ones.size(), "turn"}};
+  turn[0].copy_from(from, 0);
+  auto copy = turn[0].start_reading_rows(first.data(), first.size(), first.size());
+  turn[1].copy_from(other, 0);
+  { const auto left = turn[1].start_reading_rows(second.data(), 1024, 1024); }
+  copy.wait();
+  copy.wait();  // nothing is left to wait for
+  CHECK(first == ones);
+  CHECK(second == twos);
 }
 
 }  // namespace

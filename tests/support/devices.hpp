@@ -6,6 +6,7 @@
 
 #include "cl/fft.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/files.hpp"
 
 namespace raywave::test {
 
@@ -27,6 +28,16 @@ std::string device_error_of(Action action) {
   return "no DeviceError";
 }
 
+/// Calls `use` with the device as one that takes packets of each width.
+template <class Use>
+void for_all_lanes(const cl::Device& device, Use use) {
+  auto info = device.info();
+  for (const int lanes : {1, 4, 8, 16}) {
+    info.float_lanes = lanes;
+    use(cl::Device(info));
+  }
+}
+
 inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {
   std::vector<cl::FftBackend> backends;
   for (const auto backend : cl::all_backends) {
@@ -36,3 +47,14 @@ inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {
 }
 
 }  // namespace raywave::test
+
+/// A test case whose body runs for each device, as `device`; it fails when there is none.
+#define DEVICE_TEST(...) DEVICE_TEST_NAMED(DEVICE_TEST_JOINED(on_device_, __LINE__), __VA_ARGS__)
+#define DEVICE_TEST_JOINED(name, line) DEVICE_TEST_JOINED_TEXT(name, line)
+#define DEVICE_TEST_JOINED_TEXT(name, line) name##line
+#define DEVICE_TEST_NAMED(function, ...)                                                  \
+  static void function(const raywave::cl::Device& device);                                \
+  TEST_CASE(__VA_ARGS__) {                                                                \
+    for (const auto& found_device : raywave::test::all_devices()) function(found_device); \
+  }                                                                                       \
+  static void function(const raywave::cl::Device& device)

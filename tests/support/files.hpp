@@ -7,6 +7,7 @@
 #include <algorithm>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 #include <random>
 #include <string>
@@ -61,6 +62,21 @@ std::string input_error_of(Action action) {
   }
   return "";
 }
+
+/// "" when a message contains all these texts, else the message and the first that it lacks.
+inline std::string unsaid(const std::string& message, std::initializer_list<std::string> texts) {
+  for (const auto& text : texts) {
+    if (message.find(text) == std::string::npos) return message + " lacks: " + text;
+  }
+  return "";
+}
+
+#define CHECK_SAYS(message, ...) CHECK(unsaid(message, {__VA_ARGS__}) == "")
+#define REQUIRE_SAYS(message, ...) REQUIRE(unsaid(message, {__VA_ARGS__}) == "")
+
+/// Checks that an InputError is thrown whose message contains all these texts.
+#define CHECK_REFUSED(expression, ...) \
+  CHECK_SAYS(input_error_of([&] { static_cast<void>(expression); }), __VA_ARGS__)
 
 /// Calls `use` with damaged copies of `whole`: `cuts` truncated copies, `cuts` copies with up to 64
 /// zeroed bytes, `flips` copies with one to four flipped bits, and two with garbage at their ends.

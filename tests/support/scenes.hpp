@@ -7,12 +7,14 @@
 #include <complex>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <random>
 #include <span>
 #include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "host/common/npy.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave::test {
@@ -89,28 +91,42 @@ inline std::string prism_obj() {
 }
 
 /// A self-luminous material: lights do not change it.
-inline Material glowing() {
-  Material m;
-  m.ambient = glm::dvec3(1);
-  m.diffuse = glm::dvec3(0);
-  return m;
+inline Material glowing() { return {.ambient = glm::dvec3(1), .diffuse = glm::dvec3(0)}; }
+
+/// A black material.
+inline Material dark() { return {.ambient = glm::dvec3(0), .diffuse = glm::dvec3(0)}; }
+
+/// A material that shows highlights alone.
+inline Material shiny(double shininess) {
+  return {.ambient = glm::dvec3(0),
+          .diffuse = glm::dvec3(0),
+          .specular = glm::dvec3(1),
+          .shininess = shininess};
 }
 
-inline SlmSpec by_phase() {
-  SlmSpec slm;
-  slm.encoding = Encoding::phase;
-  return slm;
+inline Light lamp_at(glm::dvec3 position_m, double intensity = 1) {
+  return {.type = LightType::point, .position_m = position_m, .intensity = intensity};
 }
+
+inline SlmSpec by_phase() { return {.encoding = Encoding::phase}; }
 
 inline Object object_at(std::filesystem::path mesh, double width_m, glm::dvec3 position_m,
                         int material = 0) {
-  Object o;
-  o.mesh = std::move(mesh);
-  o.width_m = width_m;
-  o.position_m = position_m;
-  o.material = material;
-  o.where = "test object";
-  return o;
+  return Object{.mesh = std::move(mesh),
+                .width_m = width_m,
+                .position_m = position_m,
+                .material = material,
+                .where = "test object"};
+}
+
+/// Samples of modulus 1 and random phases.
+inline FieldStack random_phases(glm::ivec2 size, int frames, unsigned seed) {
+  std::mt19937 random(seed);
+  std::uniform_real_distribution<double> turns(0, 1);
+  FieldStack field{size.x, size.y, frames, {}};
+  for (int i = 0; i < size.x * size.y * frames; ++i)
+    field.samples.emplace_back(std::polar(1.0, 2 * std::numbers::pi * turns(random)));
+  return field;
 }
 
 /// The relative L2 difference: root of sum |a - b|^2 / sum |b|^2, in double.

@@ -20,14 +20,9 @@ inline double psnr_db_of_shown(const cl::Device& device, const reference::Stage&
                                const RenderResult& shown, double lens_z_m, double shown_z_m,
                                int border_px) {
   const DeviceScene arrays(device, stage.world, shown.plan);
-  LensSpec lens;
-  lens.z_m = lens_z_m;
-  lens.points = 10;
-  ReconstructSpec what;
-  what.z_m = shown_z_m;
-  PictureOptions options;
-  options.blur_px = 3;
-  options.border_px = border_px;
+  LensSpec lens{.z_m = lens_z_m, .points = 10};
+  ReconstructSpec what{.z_m = shown_z_m};
+  PictureOptions options{.blur_px = 3, .border_px = border_px};
   return compare_pictures(
              lens_picture(device, shown.plan, arrays, lens),
              reconstruct(device, cl::FftBackend::host, shown.field, stage.scene.hologram, what),

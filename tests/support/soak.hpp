@@ -43,8 +43,7 @@ inline constexpr int soak_period = 50;
 inline std::vector<SoakReading> soak(
     const cl::Device& device, const Scene& scene, const std::vector<int>& frames,
     const std::function<void(const SoakReading&)>& report = [](const auto&) {}) {
-  RenderOptions options;
-  options.keep_field = false;
+  RenderOptions options{.keep_field = false};
   Renderer renderer(device, scene, options);
   // No wider than what stays in sight
   const double swing_m = 0.05 * scene.hologram.resolution.x * scene.hologram.pitch_m.x;

@@ -1,14 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surfaces that are not there everywhere: the lattice's rays, visibility, shadows and the lens
 // agree on where they are, and on the mean they are there as often as their alpha says.
-#include <algorithm>
-#include <array>
-#include <cmath>
-#include <filesystem>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
-#include <string>
-#include <vector>
 
 #include "host/geometry/kernel_options.hpp"
 #include "host/geometry/world.hpp"
@@ -18,19 +11,17 @@
 #include "host/reference/rays.hpp"
 #include "host/reference/stage.hpp"
 #include "host/view/lens.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
+using namespace test;
 using glm::dvec3;
-using test::Gltf;
 using Json = nlohmann::json;
 
-constexpr double mm = 1e-3;
 // A veil 1 mm wide before a wall that shines: units of the file are half the veil's width.
 constexpr double veil_z = 20 * mm, wall_z = 20.6 * mm, veil_half = 0.5 * mm;
 constexpr double veil_radiance = 0.25, wall_radiance = 1;
@@ -45,7 +36,7 @@ struct Veiled {
 Veiled veiled(const Folder& folder, Json material, const std::string& picture, bool lamp) {
   Gltf file;
   auto& pbr = material["pbrMetallicRoughness"];
-  if (!picture.empty()) pbr["baseColorTexture"] = test::texture_info(file.texture(picture));
+  if (!picture.empty()) pbr["baseColorTexture"] = texture_info(file.texture(picture));
   material["emissiveFactor"] = {veil_radiance, veil_radiance, veil_radiance};
   pbr["metallicFactor"] = 1;
   if (!pbr.contains("baseColorFactor")) pbr["baseColorFactor"] = {0, 0, 0, 1};
@@ -64,9 +55,7 @@ Veiled veiled(const Folder& folder, Json material, const std::string& picture, b
   scene.materials.emplace_back();
   scene.lights.push_back({LightType::ambient, {0, 0, 1}, {}, 0});
   if (lamp) {
-    Light light;
-    light.direction = {0.05, 0.02, 1};
-    scene.lights.push_back(light);
+    scene.lights.push_back(Light{.direction = {0.05, 0.02, 1}});
     scene.trace.shadows = true;
   }
   scene.objects.emplace_back();
@@ -84,17 +73,16 @@ Image in_focus(const cl::Device& device, const Veiled& what, double width_m, int
                int points) {
   const auto plan = make_plan(what.scene, what.world);
   const DeviceScene arrays(device, what.world, plan);
-  LensSpec spec;
-  spec.z_m = veil_z;
-  spec.pixel_m = glm::dvec2(width_m / pixels);
-  spec.window_m = glm::dvec2(width_m);
-  spec.points = points;
+  LensSpec spec{.z_m = veil_z,
+                .window_m = glm::dvec2(width_m),
+                .points = points,
+                .pixel_m = glm::dvec2(width_m / pixels)};
   return lens_picture(device, plan, arrays, spec);
 }
 
 /// Left of the middle, as the hologram's picture has it, alpha is 1; it falls to 0 at the right.
 std::string ramp() {
-  return test::tga_picture(64, 2, [](int i, int) {
+  return tga_picture(64, 2, [](int i, int) {
     return glm::u8vec4(0, 0, 0, static_cast<int>(std::lround(255 * (i + 0.5) / 64)));
   });
 }
@@ -151,70 +139,63 @@ Ways ways_to_window(const Veiled& what, const reference::Rig& rig) {
   return ways;
 }
 
-TEST_CASE("a cut-out surface is there where its alpha passes, for the lens as for the samples") {
+DEVICE_TEST("a cut-out surface is there where its alpha passes, for the lens as for the samples") {
   const Folder folder;
   const auto what = veiled(folder, {{"alphaMode", "MASK"}, {"alphaCutoff", 0.5}}, ramp(), false);
-  for (const auto& device : test::all_devices()) {
-    // The lens, as the oracle and as the ramp says: there where alpha is 0.5 and more
-    const auto image = in_focus(device, what, 0.8 * mm, 80, 2);
-    int wrong = 0;
-    double covered = 0;
-    for (int j = 0; j < image.height; ++j) {
-      for (int i = 0; i < image.width; ++i) {
-        const double x = (i - (image.width - 1) / 2.0) * 0.8 * mm / 80,
-                     got = double{image.pixels[static_cast<std::size_t>(j * image.width + i)]};
-        const bool there =
-            x < 0;  // alpha grows to the file's right, which the half turn makes left
-        covered += std::abs(got - veil_radiance) < 1e-5;
-        wrong += std::abs(got - (there ? veil_radiance : wall_radiance)) > 1e-5;
-      }
+  // The lens, as the oracle and as the ramp says: there where alpha is 0.5 and more
+  const auto image = in_focus(device, what, 0.8 * mm, 80, 2);
+  int wrong = 0;
+  double covered = 0;
+  for (int j = 0; j < image.height; ++j) {
+    for (int i = 0; i < image.width; ++i) {
+      const double x = (i - (image.width - 1) / 2.0) * 0.8 * mm / 80,
+                   got = double{image.pixels[j * image.width + i]};
+      const bool there = x < 0;  // alpha grows to the file's right, which the half turn makes left
+      covered += std::abs(got - veil_radiance) < 1e-5;
+      wrong += std::abs(got - (there ? veil_radiance : wall_radiance)) > 1e-5;
     }
-    CHECK(wrong == 0);
-    CHECK(covered / (image.width * image.height) == 0.5);
-    // The samples: light of the veil to the left, of the wall to the right, and its ways
-    reference::Stage stage;
-    stage.scene = what.scene;
-    stage.world = what.world;
-    const reference::Rig rig(device, stage);
-    int left = 0, right = 0;
-    double light = 0;
-    for (const auto& s : rig.samples) {
-      const auto p = reference::place(s) + rig.plan.origin_m;
-      if (std::abs(p.z - veil_z) > 1e-6) continue;
-      ++(p.x < 0 ? left : right);
-      light += double{s.radiance} / veil_radiance;
-    }
-    const double cells = std::pow(2 * veil_half / 25e-6, 2) * std::pow(wall_z / veil_z + 1, 2) / 4;
-    CHECK(right == 0);
-    CHECK(left > 700);
-    CHECK(light / cells == Catch::Approx(0.5).epsilon(0.03));
-    const auto ways = ways_to_window(what, rig);
-    INFO(ways.free << " free, " << ways.hidden << " hidden, " << ways.unsure << " unsure");
-    CHECK(ways.free > 10000);
-    CHECK(ways.hidden > 10000);
-    // A sample that sixteen ways agree on asks no more: edges of the veil alone
-    CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
   }
+  CHECK(wrong == 0);
+  CHECK(covered / (image.width * image.height) == 0.5);
+  // The samples: light of the veil to the left, of the wall to the right, and its ways
+  reference::Stage stage;
+  stage.scene = what.scene;
+  stage.world = what.world;
+  const reference::Rig rig(device, stage);
+  int left = 0, right = 0;
+  double light = 0;
+  for (const auto& s : rig.samples) {
+    const auto p = reference::place(s) + rig.plan.origin_m;
+    if (std::abs(p.z - veil_z) > 1e-6) continue;
+    ++(p.x < 0 ? left : right);
+    light += double{s.radiance} / veil_radiance;
+  }
+  const double cells = std::pow(2 * veil_half / 25e-6, 2) * std::pow(wall_z / veil_z + 1, 2) / 4;
+  CHECK(right == 0);
+  CHECK(left > 700);
+  CHECK(light / cells == Catch::Approx(0.5).epsilon(0.03));
+  const auto ways = ways_to_window(what, rig);
+  INFO(ways.free << " free, " << ways.hidden << " hidden, " << ways.unsure << " unsure");
+  CHECK(ways.free > 10000);
+  CHECK(ways.hidden > 10000);
+  // A sample that sixteen ways agree on asks no more: edges of the veil alone
+  CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
 }
 
-TEST_CASE("a cut-out surface whose cutoff is 0 is there where its alpha is 0, too") {
+DEVICE_TEST("a cut-out surface whose cutoff is 0 is there where its alpha is 0, too") {
   const Folder folder;
-  const auto dark =
-      test::tga_picture(2, 2, [](int i, int) { return glm::u8vec4(0, 0, 0, 255 * i); });
+  const auto dark = tga_picture(2, 2, [](int i, int) { return glm::u8vec4(0, 0, 0, 255 * i); });
   const auto what = veiled(folder, {{"alphaMode", "MASK"}, {"alphaCutoff", 0}}, dark, false);
   REQUIRE(what.world.materials.at(1).alpha_mode == AlphaMode::mask);
   const auto plan = make_plan(what.scene, what.world);
   const auto exact = reference::seen_by_lens(what.scene, what.world, plan,
                                              {veil_z, {8, 8}, glm::dvec2(0.1 * mm), 1});
   for (const double radiance : exact.radiance) CHECK(radiance == Catch::Approx(veil_radiance));
-  for (const auto& device : test::all_devices()) {
-    const auto image = in_focus(device, what, 0.8 * mm, 8, 1);
-    for (const float radiance : image.pixels)
-      CHECK(double{radiance} == Catch::Approx(veil_radiance));
-  }
+  const auto image = in_focus(device, what, 0.8 * mm, 8, 1);
+  for (const float radiance : image.pixels) CHECK(double{radiance} == Catch::Approx(veil_radiance));
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "a blended surface is there as often as its alpha says, at the same places for all rays") {
   const Folder folder;
   for (const bool lamp : {false, true}) {
@@ -223,72 +204,66 @@ TEST_CASE(
         folder,
         {{"alphaMode", "BLEND"}, {"pbrMetallicRoughness", {{"baseColorFactor", {0, 0, 0, alpha}}}}},
         "", lamp);
-    for (const auto& device : test::all_devices()) {
-      // The lens: each pixel's rays meet the veil at one place
-      constexpr int pixels = 90;
-      const auto image = in_focus(device, what, 0.8 * mm, pixels, 2);
-      const auto plan = make_plan(what.scene, what.world);
-      CHECK(kernel_options(plan).at(option::alpha) == "2");
-      double sum = 0;
-      for (const float radiance : image.pixels) sum += radiance;
-      const double mean = sum / (pixels * pixels),
-                   lit = lamp ? plan.lighting.lights[1].direction.z / std::sqrt(1 + 0.0029) : 1;
-      // With a lamp, the wall is lit through the veil as well
-      const double wall = lamp ? (1 - alpha) * 1.04 * lit : wall_radiance;
-      const double deviation =
-          std::abs(wall_radiance - veil_radiance) * std::sqrt(alpha * (1 - alpha)) / pixels;
-      INFO("lamp " << lamp << ": lens " << mean);
-      CHECK(mean ==
-            Catch::Approx(alpha * veil_radiance + (1 - alpha) * wall).margin(4 * deviation));
-      if (!lamp) {
-        const auto exact =
-            reference::seen_by_lens(what.scene, what.world, plan,
-                                    {veil_z, {pixels, pixels}, glm::dvec2(0.8 * mm / pixels), 2});
-        int differ = 0, sure = 0;
-        for (std::size_t i = 0; i < exact.radiance.size(); ++i) {
-          sure += !exact.unsure[i];
-          differ +=
-              !exact.unsure[i] && std::abs(double{image.pixels[i]} - exact.radiance[i]) > 1e-5;
-        }
-        CHECK(sure > pixels * pixels / 2);
-        CHECK(differ == 0);
+    // The lens: each pixel's rays meet the veil at one place
+    constexpr int pixels = 90;
+    const auto image = in_focus(device, what, 0.8 * mm, pixels, 2);
+    const auto plan = make_plan(what.scene, what.world);
+    CHECK(kernel_options(plan).at(option::alpha) == "2");
+    double sum = 0;
+    for (const float radiance : image.pixels) sum += radiance;
+    const double mean = sum / (pixels * pixels),
+                 lit = lamp ? plan.lighting.lights[1].direction.z / std::sqrt(1 + 0.0029) : 1;
+    // With a lamp, the wall is lit through the veil as well
+    const double wall = lamp ? (1 - alpha) * 1.04 * lit : wall_radiance;
+    const double deviation =
+        std::abs(wall_radiance - veil_radiance) * std::sqrt(alpha * (1 - alpha)) / pixels;
+    INFO("lamp " << lamp << ": lens " << mean);
+    CHECK(mean == Catch::Approx(alpha * veil_radiance + (1 - alpha) * wall).margin(4 * deviation));
+    if (!lamp) {
+      const auto exact =
+          reference::seen_by_lens(what.scene, what.world, plan,
+                                  {veil_z, {pixels, pixels}, glm::dvec2(0.8 * mm / pixels), 2});
+      int differ = 0, sure = 0;
+      for (std::size_t i = 0; i < exact.radiance.size(); ++i) {
+        sure += !exact.unsure[i];
+        differ += !exact.unsure[i] && std::abs(double{image.pixels[i]} - exact.radiance[i]) > 1e-5;
       }
-
-      // Samples of the veil, the ways from the wall through it, and the lamp's
-      reference::Stage stage;
-      stage.scene = what.scene;
-      stage.world = what.world;
-      const reference::Rig rig(device, stage);
-      double veil_light = 0, wall_light = 0, seen = 0, veils = 0;
-      int walls = 0;
-      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
-        if (std::max(std::abs(p.x), std::abs(p.y)) > 0.4 * mm) continue;
-        if (std::abs(p.z - veil_z) < 1e-6) {
-          veil_light += double{rig.samples[i].radiance} / veil_radiance;
-          ++veils;
-          continue;
-        }
-        ++walls;
-        wall_light += double{rig.samples[i].radiance};
-        for (int b = 0; b < 8; ++b)
-          for (int a = 0; a < 8; ++a) seen += rig.sees(i, a, b) / 64.0;
-      }
-      REQUIRE(walls > 800);
-      // A cell without a ray that meets the veil is rare: 0.65^17
-      CHECK(veils > 0.95 * walls);
-      const double error = 4 * std::sqrt(alpha * (1 - alpha) / (16 * walls)) + 0.005;
-      INFO("lamp " << lamp << ": veil " << veil_light / veils << ", wall " << wall_light / walls
-                   << ", seen " << seen / walls);
-      CHECK(veil_light / veils == Catch::Approx(alpha).margin(error));
-      CHECK(seen / walls == Catch::Approx(1 - alpha).margin(error));
-      CHECK(wall_light / walls == Catch::Approx(wall).margin(error));
-      const auto ways = ways_to_window(what, rig);
-      INFO(ways.free << " free, " << ways.hidden << " hidden, " << ways.unsure << " unsure, "
-                     << ways.wrong << " wrong");
-      CHECK(ways.free + ways.hidden > (lamp ? 500 : 10000));  // with a lamp most samples have moved
-      CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
+      CHECK(sure > pixels * pixels / 2);
+      CHECK(differ == 0);
     }
+
+    // Samples of the veil, the ways from the wall through it, and the lamp's
+    reference::Stage stage;
+    stage.scene = what.scene;
+    stage.world = what.world;
+    const reference::Rig rig(device, stage);
+    double veil_light = 0, wall_light = 0, seen = 0, veils = 0;
+    int walls = 0;
+    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+      const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
+      if (std::max(std::abs(p.x), std::abs(p.y)) > 0.4 * mm) continue;
+      if (std::abs(p.z - veil_z) < 1e-6) {
+        veil_light += double{rig.samples[i].radiance} / veil_radiance;
+        ++veils;
+        continue;
+      }
+      ++walls;
+      wall_light += double{rig.samples[i].radiance};
+      for (int b = 0; b < 8; ++b)
+        for (int a = 0; a < 8; ++a) seen += rig.sees(i, a, b) / 64.0;
+    }
+    REQUIRE(walls > 800);
+    // A cell without a ray that meets the veil is rare: 0.65^17
+    CHECK(veils > 0.95 * walls);
+    const double error = 4 * std::sqrt(alpha * (1 - alpha) / (16 * walls)) + 0.005;
+    CAPTURE(lamp, veil_light / veils, wall_light / walls, seen / walls);
+    CHECK(veil_light / veils == Catch::Approx(alpha).margin(error));
+    CHECK(seen / walls == Catch::Approx(1 - alpha).margin(error));
+    CHECK(wall_light / walls == Catch::Approx(wall).margin(error));
+    const auto ways = ways_to_window(what, rig);
+    CAPTURE(ways.free, ways.hidden, ways.unsure, ways.wrong);
+    CHECK(ways.free + ways.hidden > (lamp ? 500 : 10000));  // with a lamp most samples have moved
+    CHECK(ways.wrong < 0.01 * (ways.free + ways.hidden));
   }
 }
 

@@ -1,22 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compact propagation: samples on virtual planes, and these planes at the hologram.
-#include "host/reference/compact.hpp"
-
-#include <algorithm>
-#include <complex>
-#include <numbers>
+#include "host/plan/compact.hpp"
 
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/carriers/virtual_planes/compact_propagator.hpp"
-#include "host/plan/compact.hpp"
 #include "host/plan/precision.hpp"
+#include "host/reference/compact.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "kernels/gather/compact_layout.h"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
-#include "tests/support/scenes.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -40,28 +33,24 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
                        std::uint32_t seed = 1,
                        raywave::cl::FftBackend fft = raywave::cl::FftBackend::host,
                        std::optional<Counting> bins = {}) {
-  const auto area = [](ivec2 size) {
-    return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-  };
   const auto& plan = rig.plan;
   CompactGatherer gatherer(device, plan, rig.arrays, rig.table, frames, bins);
   gatherer.draw_phases(seed);
   CompactPropagator propagator(device, plan, fft);
   AtHologram result;
-  raywave::cl::ComplexBuffer stack(
-      device, Fields(static_cast<std::size_t>(frames) * plan.gathered_pixels(), {7, 7}), "stack");
+  raywave::cl::ComplexBuffer stack(device, Fields(frames * plan.gathered_pixels(), {7, 7}),
+                                   "stack");
   std::vector<raywave::cl::ComplexBuffer> fields;
   for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
     fields.clear();
     for (int frame = 0; frame < frames; ++frame)
-      fields.emplace_back(device, Fields(area(plan.tile_size), {7, 7}), "field");
+      fields.emplace_back(device, Fields(plan.tile_size.x * plan.tile_size.y, {7, 7}), "field");
     const auto [first, end] = plan.wrps_of(tile);
     for (auto wrp = first; wrp < end; ++wrp) {
       const auto lit = gatherer.gather(plan.wrps[wrp], stack, fft != raywave::cl::FftBackend::host);
       result.footprints.push_back(gatherer.footprints());
       for (int frame = 0; frame < frames; ++frame)
-        propagator.add(stack, frame, lit, plan.wrps[wrp].centre_m.z, wrp == first,
-                       fields[static_cast<std::size_t>(frame)]);
+        propagator.add(stack, frame, lit, plan.wrps[wrp].centre_m.z, wrp == first, fields[frame]);
     }
     Fields all;
     for (const auto& field : fields) {
@@ -73,21 +62,9 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
   return result;
 }
 
-std::vector<ivec2> some_pixels(const Plan& plan, int count) {
-  Random random(1);
-  std::vector<ivec2> pixels;
-  for (int i = 0; i < count; ++i)
-    pixels.push_back({static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.x)),
-                      static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.y))});
-  return pixels;
-}
-
 Complex got_at(const Plan& plan, const Fields& fields, int frame, ivec2 pixel) {
-  return Complex(
-      fields[(static_cast<std::size_t>(frame) * static_cast<std::size_t>(plan.tile_size.y) +
-              static_cast<std::size_t>(pixel.y)) *
-                 static_cast<std::size_t>(plan.tile_size.x) +
-             static_cast<std::size_t>(pixel.x)]);
+  const auto size = plan.tile_size;
+  return Complex(fields[(frame * size.y + pixel.y) * size.x + pixel.x]);
 }
 
 struct Errors {
@@ -98,16 +75,16 @@ struct Errors {
 
 /// Pixels whose distance from the middle lies between two shares of the half tile, along the axis
 /// where it is the larger share.
-std::vector<ivec2> some_pixels_between(const Plan& plan, int count, double from, double to) {
-  Random random(2);
+std::vector<ivec2> some_pixels(const Plan& plan, int count, double from = 0, double to = 2) {
+  Random random(1);
+  const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   std::vector<ivec2> pixels;
-  while (pixels.size() < static_cast<std::size_t>(count)) {
-    const ivec2 pixel(static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.x)),
-                      static_cast<int>(random() % static_cast<unsigned>(plan.tile_size.y)));
+  while (static_cast<int>(pixels.size()) < count) {
+    const int x = below(plan.tile_size.x), y = below(plan.tile_size.y);
     const auto share =
-        glm::abs(dvec2(pixel) - dvec2(plan.tile_size - 1) / 2.0) / (dvec2(plan.tile_size) / 2.0);
+        glm::abs(dvec2(x, y) - dvec2(plan.tile_size - 1) / 2.0) / (dvec2(plan.tile_size) / 2.0);
     const double greater = std::max(share.x, share.y);
-    if (greater >= from && greater < to) pixels.push_back(pixel);
+    if (greater >= from && greater < to) pixels.emplace_back(x, y);
   }
   return pixels;
 }
@@ -168,17 +145,15 @@ Stage wall(dvec3 centre = {0.05e-3, -0.03e-3, 10e-3}) {
 
 /// Relative L2 error of fields of render() against all points, and their correlation.
 FieldComparison against_points(const raywave::cl::Device& device, const Stage& stage) {
-  RenderOptions points;
-  points.method = Method::points;
-  return compare_fields(render(device, stage.scene, stage.world, points).field,
+  return compare_fields(render(device, stage.scene, stage.world, {.method = Method::points}).field,
                         render(device, stage.scene, stage.world).field);
 }
 
 }  // namespace
 
-TEST_CASE(
-    "compact propagation is what the same computation in double gives, and the sum of the samples' "
-    "waves to within what the plan states") {
+DEVICE_TEST(
+    "compact propagation is what the same computation in double gives, and the sum of the "
+    "samples' waves to within what the plan states") {
   struct Case {
     const char* name;
     Stage stage;
@@ -227,74 +202,61 @@ TEST_CASE(
                   {"a wall before the hologram", wall({0.05e-3, -0.03e-3, -10e-3}), 0},
                   {"a shiny ball before it", ball_before_wall(-10e-3), 0.03},
                   {"both sides, and tiles", both, 0.03}};
-  for (const auto& device : all_devices()) {
-    for (auto& [name, stage, most_error] : cases) {
-      for (const auto precision : {Precision::floats, Precision::doubles}) {
-        if (precision == Precision::doubles && !device.info().fp64) continue;
-        auto exact = compact(stage);
-        exact.scene.accuracy.precision = precision;
-        const Rig rig(device, exact);
-        REQUIRE(rig.samples.size() > 100);
-        const auto got = at_hologram(device, rig);
-        const auto result = errors_of(rig, got, 1, 200);
-        const auto& planned = rig.plan.compact.value();
-        const double stated = std::hypot(planned.window_error, planned.lines_error);
-        INFO(name << " in " << name_of(precision) << ": " << rig.samples.size() << " samples, "
-                  << rig.table.hidden << " hidden, " << planned.lines << " lines; error "
-                  << result.discrete << ", against all samples " << result.direct << ", inner "
-                  << result.inner << ", stated " << stated);
-        CHECK(result.discrete < 1e-5);
-        CHECK(result.direct < (most_error > 0 ? most_error : 1.6 * stated));
-        CHECK((most_error > 0 || result.direct > stated / 1.6));
-        CHECK(result.inner < 0.02);
-        // The bell is a ten-thousandth in the corners, where it is divided out.
-        const auto last = rig.plan.tile_size - 1;
-        const auto corners = errors_at(rig, got, 1, {{0, 0}, {last.x, 0}, {0, last.y}, last});
-        INFO("corners " << corners.discrete << ", against all samples " << corners.direct);
-        CHECK(corners.discrete < 2e-4);
-      }
+  for (auto& [name, stage, most_error] : cases) {
+    for (const auto precision : {Precision::floats, Precision::doubles}) {
+      if (precision == Precision::doubles && !device.info().fp64) continue;
+      auto exact = compact(stage);
+      exact.scene.accuracy.precision = precision;
+      const Rig rig(device, exact);
+      REQUIRE(rig.samples.size() > 100);
+      const auto got = at_hologram(device, rig);
+      const auto result = errors_of(rig, got, 1, 200);
+      const auto& planned = rig.plan.compact.value();
+      const double stated = std::hypot(planned.window_error, planned.lines_error);
+      CAPTURE(name, name_of(precision), rig.samples.size(), rig.table.hidden, planned.lines,
+              result.discrete, result.direct, result.inner, stated);
+      CHECK(result.discrete < 1e-5);
+      CHECK(result.direct < (most_error > 0 ? most_error : 1.6 * stated));
+      CHECK((most_error > 0 || result.direct > stated / 1.6));
+      CHECK(result.inner < 0.02);
+      // The bell is a ten-thousandth in the corners, where it is divided out.
+      const auto last = rig.plan.tile_size - 1;
+      const auto corners = errors_at(rig, got, 1, {{0, 0}, {last.x, 0}, {0, last.y}, last});
+      INFO("corners " << corners.discrete << ", against all samples " << corners.direct);
+      CHECK(corners.discrete < 2e-4);
     }
   }
 }
 
-TEST_CASE("sharp highlights get the scan lines that they need, or their error is stated",
-          "[slow]") {
+DEVICE_TEST("sharp highlights get the scan lines that they need, or their error is stated",
+            "[slow]") {
   struct Case {
     double shininess;
     int least_lines;
     double most_error;
   };
-  for (const auto& device : all_devices()) {
-    for (const auto& [shininess, least_lines, most_error] :
-         {Case{2e3, 2, 0.02}, Case{2e4, 4, 0.02}, Case{2e5, 8, 0.9}}) {
-      Stage stage;
-      stage.scene = wall().scene;
-      stage.scene.objects.clear();
-      stage.scene.materials.clear();
-      Material shiny;
-      shiny.ambient = shiny.diffuse = dvec3(0);
-      shiny.specular = dvec3(1);
-      shiny.shininess = shininess;
-      // The highlight of each sample is brightest straight before it.
-      stage.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 0}, {0, 0.25e-3, 0}), shiny);
-      Light sun;
-      sun.direction = {0, 0, 1};
-      stage.scene.lights = {sun};
-      const Rig rig(device, compact(stage));
-      const auto result = errors_of(rig, at_hologram(device, rig), 1, 200);
-      const auto& planned = rig.plan.compact.value();
-      INFO("shininess " << shininess << ": error " << result.direct << ", stated "
-                        << planned.error() << " and " << planned.highlights_error << ", "
-                        << planned.highlight_lines << " lines; in double " << result.discrete);
-      CHECK(planned.highlight_lines >= least_lines);
-      CHECK(result.discrete < 2e-5);
-      CHECK(result.direct < most_error);
-      CHECK(result.direct < 1.6 * std::hypot(planned.error(), planned.highlights_error));
-    }
+  for (const auto& [shininess, least_lines, most_error] :
+       {Case{2e3, 2, 0.02}, Case{2e4, 4, 0.02}, Case{2e5, 8, 0.9}}) {
+    Stage stage;
+    stage.scene = wall().scene;
+    stage.scene.objects.clear();
+    stage.scene.materials.clear();
+    // The highlight of each sample is brightest straight before it.
+    stage.add(rectangle({0, 0, 10e-3}, {0.3e-3, 0, 0}, {0, 0.25e-3, 0}), shiny(shininess));
+    stage.scene.lights = {Light{.direction = {0, 0, 1}}};
+    const Rig rig(device, compact(stage));
+    const auto result = errors_of(rig, at_hologram(device, rig), 1, 200);
+    const auto& planned = rig.plan.compact.value();
+    CAPTURE(shininess, result.direct, planned.error(), planned.highlights_error,
+            planned.highlight_lines, result.discrete);
+    CHECK(planned.highlight_lines >= least_lines);
+    CHECK(result.discrete < 2e-5);
+    CHECK(result.direct < most_error);
+    CHECK(result.direct < 1.6 * std::hypot(planned.error(), planned.highlights_error));
   }
 }
 
-TEST_CASE("the error of virtual planes lies at the rim, and floats suffice there") {
+DEVICE_TEST("the error of virtual planes lies at the rim, and floats suffice there") {
   struct Ring {
     double from, to;
     double most_discrete, most_direct;
@@ -303,125 +265,109 @@ TEST_CASE("the error of virtual planes lies at the rim, and floats suffice there
                         {0.9, 0.95, 1e-5, 0.03}, {0.95, 0.98, 1e-4, 0.05}, {0.98, 1, 1e-4, 0.1}};
   auto stage = compact(wall({0.05e-3, -0.03e-3, 30e-3}));
   stage.scene.hologram.resolution = {640, 480};
-  for (const auto& device : all_devices()) {
+  const Rig rig(device, stage);
+  const auto got = at_hologram(device, rig);
+  for (const auto& [from, to, most_discrete, most_direct] : rings) {
+    const auto errors = errors_at(rig, got, 1, some_pixels(rig.plan, 200, from, to));
+    CAPTURE(from, to, errors.discrete, errors.direct);
+    CHECK(errors.discrete < most_discrete);
+    CHECK(errors.direct < most_direct);
+  }
+}
+
+DEVICE_TEST("frames of a virtual plane differ only in their phases") {
+  const Rig rig(device, compact(wall()));
+  const auto got = at_hologram(device, rig, 5, 40);
+  for (const int frame : {0, 3, 4}) {
+    const auto result = errors_of(rig, got, 40 + static_cast<std::uint32_t>(frame), 20, frame);
+    INFO("frame " << frame << ": " << result.discrete);
+    CHECK(result.discrete < 1e-5);
+  }
+}
+
+DEVICE_TEST("all transforms carry a virtual plane alike, and every time to the bit") {
+  for (const bool has_gaps : {false, true}) {
+    auto stage = compact(wall());
+    if (has_gaps) stage.scene.hologram.resolution = {480, 40};
     const Rig rig(device, stage);
-    const auto got = at_hologram(device, rig);
-    for (const auto& [from, to, most_discrete, most_direct] : rings) {
-      const auto errors = errors_at(rig, got, 1, some_pixels_between(rig.plan, 200, from, to));
-      INFO(from << " to " << to << " half holograms from the middle: " << errors.discrete
-                << ", against all samples " << errors.direct);
-      CHECK(errors.discrete < most_discrete);
-      CHECK(errors.direct < most_direct);
+    const auto& plane = rig.plan.compact.value();
+    REQUIRE(plane.row_stride() == plane.size.x + (has_gaps ? 8 : 0));
+    const auto host = at_hologram(device, rig, 2).tiles;
+    CHECK(at_hologram(device, rig, 2).tiles == host);
+    for (const auto backend : backends_of(device)) {
+      INFO(name_of(backend));
+      CHECK(relative_l2(at_hologram(device, rig, 2, 1, backend).tiles[0], host[0]) < 4e-6);
     }
   }
 }
 
-TEST_CASE("frames of a virtual plane differ only in their phases") {
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, compact(wall()));
-    const auto got = at_hologram(device, rig, 5, 40);
-    for (const int frame : {0, 3, 4}) {
-      const auto result = errors_of(rig, got, 40 + static_cast<std::uint32_t>(frame), 20, frame);
-      INFO("frame " << frame << ": " << result.discrete);
-      CHECK(result.discrete < 1e-5);
-    }
-  }
-}
-
-TEST_CASE("all transforms carry a virtual plane alike, and every time to the bit") {
-  for (const auto& device : all_devices()) {
-    for (const bool has_gaps : {false, true}) {
-      auto stage = compact(wall());
-      if (has_gaps) stage.scene.hologram.resolution = {480, 40};
-      const Rig rig(device, stage);
-      const auto& plane = rig.plan.compact.value();
-      REQUIRE(plane.row_stride() == plane.size.x + (has_gaps ? 8 : 0));
-      const auto host = at_hologram(device, rig, 2).tiles;
-      CHECK(at_hologram(device, rig, 2).tiles == host);
-      for (const auto backend : backends_of(device)) {
-        INFO(name_of(backend));
-        CHECK(relative_l2(at_hologram(device, rig, 2, 1, backend).tiles[0], host[0]) < 4e-6);
-      }
-    }
-  }
-}
-
-TEST_CASE("the virtual plane that is kept has the hologram's amplitude as its transform") {
-  for (const auto& device : all_devices()) {
-    for (const auto resolution : {ivec2(60, 40), ivec2(480, 40)}) {
-      RenderOptions options;
-      options.keep_wrps = true;
-      const auto result =
-          render(device,
-                 load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
-                            {"wrp.propagation=compact", "sampling.pitch='60 um'",
-                             "hologram.resolution=[" + std::to_string(resolution.x) + ", 40]"}),
-                 options);
-      const auto& plan = result.plan;
-      const auto& plane = result.wrps.at(0);
-      const auto size = plan.compact.value().size;
-      REQUIRE(plan.wrps.size() == 1);
-      REQUIRE(ivec2(plane.nx, plane.ny) == size);
-      std::vector<double> expected, got;
-      for (const auto pixel : some_pixels(plan, 20)) {
-        const auto at = pixel - resolution / 2, frequency = at + size / 2;
-        std::complex<double> sum = 0;
-        for (int y = 0; y < size.y; ++y) {
-          for (int x = 0; x < size.x; ++x)
-            sum += std::complex<double>(plane.samples[static_cast<std::size_t>(y * size.x + x)]) *
-                   std::polar(
-                       1.0, -2 * std::numbers::pi *
+DEVICE_TEST("the virtual plane that is kept has the hologram's amplitude as its transform") {
+  for (const auto resolution : {ivec2(60, 40), ivec2(480, 40)}) {
+    const auto result =
+        render(device,
+               load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+                          {"wrp.propagation=compact", "sampling.pitch='60 um'",
+                           "hologram.resolution=[" + std::to_string(resolution.x) + ", 40]"}),
+               RenderOptions{.keep_wrps = true});
+    const auto& plan = result.plan;
+    const auto& plane = result.wrps.at(0);
+    const auto size = plan.compact.value().size;
+    REQUIRE(plan.wrps.size() == 1);
+    REQUIRE(ivec2(plane.nx, plane.ny) == size);
+    std::vector<double> expected, got;
+    for (const auto pixel : some_pixels(plan, 20)) {
+      const auto at = pixel - resolution / 2, frequency = at + size / 2;
+      std::complex<double> sum = 0;
+      for (int y = 0; y < size.y; ++y) {
+        for (int x = 0; x < size.x; ++x)
+          sum += std::complex<double>(plane.samples[y * size.x + x]) *
+                 std::polar(1.0,
+                            -2 * std::numbers::pi *
                                 (1.0 * frequency.x * x / size.x + 1.0 * frequency.y * y / size.y));
-        }
-        const auto bell = [&](int axis) {
-          return bell_of(plan, axis)(2.0 * at[axis] / resolution[axis]) * size[axis];
-        };
-        expected.push_back(std::abs(sum) / (bell(0) * bell(1)));
-        got.push_back(std::abs(
-            result.field.samples[static_cast<std::size_t>(pixel.y * resolution.x + pixel.x)]));
       }
-      for (std::size_t i = 0; i < got.size(); ++i) {
-        INFO(resolution.x << " columns, pixel " << i);
-        CHECK(got[i] == Catch::Approx(expected[i]).epsilon(1e-3));
-      }
+      const auto bell = [&](int axis) {
+        return bell_of(plan, axis)(2.0 * at[axis] / resolution[axis]) * size[axis];
+      };
+      expected.push_back(std::abs(sum) / (bell(0) * bell(1)));
+      got.push_back(std::abs(result.field.samples[pixel.y * resolution.x + pixel.x]));
+    }
+    for (std::size_t i = 0; i < got.size(); ++i) {
+      INFO(resolution.x << " columns, pixel " << i);
+      CHECK(got[i] == Catch::Approx(expected[i]).epsilon(1e-3));
     }
   }
 }
 
-TEST_CASE("holograms over virtual planes are those of all points, with the brightness of theirs") {
-  for (const auto& device : all_devices()) {
-    for (const auto& stage : {wall(), ball_before_wall(40e-3)}) {
-      const auto spectrum = against_points(device, stage),
-                 compacted = against_points(device, compact(stage));
-      INFO("correlation with points: over WRPs "
-           << spectrum.correlation << ", over virtual planes " << compacted.correlation
-           << ", energies " << spectrum.energy_ratio << ", " << compacted.energy_ratio);
-      CHECK(compacted.correlation > spectrum.correlation);
-      CHECK(compacted.correlation > 0.99);
-      CHECK(compacted.energy_ratio == Catch::Approx(1).margin(0.02));
-    }
+DEVICE_TEST(
+    "holograms over virtual planes are those of all points, with the brightness of theirs") {
+  for (const auto& stage : {wall(), ball_before_wall(40e-3)}) {
+    const auto spectrum = against_points(device, stage),
+               compacted = against_points(device, compact(stage));
+    CAPTURE(spectrum.correlation, compacted.correlation, spectrum.energy_ratio,
+            compacted.energy_ratio);
+    CHECK(compacted.correlation > spectrum.correlation);
+    CHECK(compacted.correlation > 0.99);
+    CHECK(compacted.energy_ratio == Catch::Approx(1).margin(0.02));
   }
 }
 
-TEST_CASE("a scene that moves has the holograms of its poses over virtual planes") {
-  for (const auto& device : all_devices()) {
-    auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
-                            {"wrp.propagation=compact", "hologram.resolution=[96, 80]",
-                             "sampling.pitch='60 um'", "sampling.frames=2"});
-    Renderer renderer(device, scene);
-    renderer.render();
-    const dvec3 place(0.1e-3, 0, 19.2e-3), turn(0, 20, 0);
-    renderer.set_pose(0, place, turn);
-    const auto moved = renderer.render();
-    scene.objects[0].position_m = place;
-    scene.objects[0].rotation_deg = turn;
-    CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
-  }
+DEVICE_TEST("a scene that moves has the holograms of its poses over virtual planes") {
+  auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
+                          {"wrp.propagation=compact", "hologram.resolution=[96, 80]",
+                           "sampling.pitch='60 um'", "sampling.frames=2"});
+  Renderer renderer(device, scene);
+  renderer.render();
+  const dvec3 place(0.1e-3, 0, 19.2e-3), turn(0, 20, 0);
+  renderer.set_pose(0, place, turn);
+  const auto moved = renderer.render();
+  scene.objects[0].position_m = place;
+  scene.objects[0].rotation_deg = turn;
+  CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
 }
 
-TEST_CASE(
-    "a scene that moves to where its virtual planes do not serve gets more layers, or goes on over "
-    "WRPs",
+DEVICE_TEST(
+    "a scene that moves to where its virtual planes do not serve gets more layers, or goes on "
+    "over WRPs",
     "[slow]") {
   const std::filesystem::path data = RAYWAVE_DATA_DIR;
   struct Case {
@@ -441,25 +387,23 @@ TEST_CASE(
        {0, 0, 0.6e-3},
        0,
        3e-2}};
-  for (const auto& device : all_devices()) {
-    for (auto [scene, to, layers, most_error] : cases) {
-      INFO(scene.file.filename());
-      Renderer renderer(device, scene);
-      const auto before = renderer.render();
-      REQUIRE(before.plan.compact);
-      REQUIRE(before.plan.layers.size() == 1);
-      renderer.set_pose(0, to, scene.objects[0].rotation_deg);
-      const auto moved = renderer.render();
-      CHECK(moved.plan.compact.has_value() == (layers > 0));
-      CHECK(moved.plan.layers.size() == std::max<std::size_t>(layers, 1));
-      CHECK_FALSE(moved.plan.why_propagation.empty());
-      scene.objects[0].position_m = to;
-      CHECK(compare_fields(render(device, scene).field, moved.field).error < most_error);
-    }
+  for (auto [scene, to, layers, most_error] : cases) {
+    INFO(scene.file.filename());
+    Renderer renderer(device, scene);
+    const auto before = renderer.render();
+    REQUIRE(before.plan.compact);
+    REQUIRE(before.plan.layers.size() == 1);
+    renderer.set_pose(0, to, scene.objects[0].rotation_deg);
+    const auto moved = renderer.render();
+    CHECK(moved.plan.compact.has_value() == (layers > 0));
+    CHECK(moved.plan.layers.size() == std::max<std::size_t>(layers, 1));
+    CHECK_FALSE(moved.plan.why_propagation.empty());
+    scene.objects[0].position_m = to;
+    CHECK(compare_fields(render(device, scene).field, moved.field).error < most_error);
   }
 }
 
-TEST_CASE("virtual planes stay finite at the extremes") {
+DEVICE_TEST("virtual planes stay finite at the extremes") {
   struct Case {
     const char* name;
     ivec2 size;
@@ -472,17 +416,15 @@ TEST_CASE("virtual planes stay finite at the extremes") {
                         {"half a wavelength", {128, 96}, 0.319e-6, 0.2e-3, 50e-6},
                         {"10 km", {64, 64}, 8e-6, 1e4, 100},
                         {"a micrometre away", {64, 64}, 1e-6, 1e-6, 20e-6}};
-  for (const auto& device : all_devices()) {
-    for (const auto& [name, size, pitch_m, z_m, side_m] : cases) {
-      Stage stage;
-      stage.scene.hologram = {size, dvec2(pitch_m), 638e-9};
-      stage.scene.sampling.pitch_m = side_m / 5;
-      stage.scene.wrp.grid = ivec2(1);
-      stage.add(rectangle({0, 0, z_m}, {side_m, 0, 0}, {0, side_m, 0}));
-      INFO(name);
-      const auto result = render(device, compact(stage).scene, stage.world);
-      CHECK(all_finite(result.field.samples));
-    }
+  for (const auto& [name, size, pitch_m, z_m, side_m] : cases) {
+    Stage stage;
+    stage.scene.hologram = {size, dvec2(pitch_m), 638e-9};
+    stage.scene.sampling.pitch_m = side_m / 5;
+    stage.scene.wrp.grid = ivec2(1);
+    stage.add(rectangle({0, 0, z_m}, {side_m, 0, 0}, {0, side_m, 0}));
+    INFO(name);
+    const auto result = render(device, compact(stage).scene, stage.world);
+    CHECK(all_finite(result.field.samples));
   }
 }
 
@@ -500,81 +442,68 @@ TEST_CASE("virtual planes that leave much wrong are noted", "[slow]") {
   CHECK_THAT(notes[0], Catch::Matchers::StartsWith("virtual planes bring an error of "));
 }
 
-TEST_CASE("virtual planes are refused, with the reason, where rays start at places in space") {
-  const auto device = all_devices().front();
-  auto stage = compact(wall());
-  stage.scene.sampling.mode = SamplingMode::fan;
-  CHECK_THROWS_WITH(render(device, stage.scene, stage.world),
-                    Catch::Matchers::ContainsSubstring("wrp.propagation \"compact\"") &&
-                        Catch::Matchers::ContainsSubstring("give \"spectrum\""));
-}
-
-TEST_CASE("the device bins footprints as the host does, and fields are the same bit for bit") {
+DEVICE_TEST("the device bins footprints as the host does, and fields are the same bit for bit") {
   const auto elements = [](const auto& buffer, std::size_t count) {
     auto all = buffer.read();
     all.resize(count);
     return all;
   };
-  for (const auto& device : all_devices()) {
-    INFO(device.info().name);
-    // Footprints of all kinds: dark, wrapped around, as wide as the plane, beyond it
-    for (const ivec2 size : {ivec2(64, 48), ivec2(320, 16), ivec2(16, 512)}) {
-      for (const int count : {0, 1, 70, 5000}) {
-        for (const bool is_whole : {false, true}) {
-          Random random(static_cast<unsigned>(count + size.x));
-          const auto pick = [&](int low, int high) {
-            return low + static_cast<int>(random() % static_cast<unsigned>(high - low + 1));
-          };
-          std::vector<raywave::device::CompactFootprint> footprints;
-          for (int i = 0; i < count; ++i)
-            footprints.push_back({pick(-2 * size.x, 2 * size.x), 2 * pick(0, size.x / 2),
-                                  pick(-2 * size.y, size.y), 2 * pick(0, size.y / 2), pick(0, 4),
-                                  0});
-          const auto given = footprints;
-          footprints.resize(footprints.size() + 1);
-          const raywave::cl::Buffer<raywave::device::CompactFootprint> buffer(
-              device, std::span<const raywave::device::CompactFootprint>(footprints), "footprints");
-          FootprintBins host(device, "", Counting::on_host, 100'000),
-              there(device, "", Counting::on_device, 100'000);
-          for (int round = 0; round < 2; ++round) {
-            host.find(buffer, count, size, is_whole);
-            there.find(buffer, count, size, is_whole);
-          }
-          REQUIRE(there.batches == host.batches);
-          CHECK((count < 5000 || host.batches.size() > 10));
-          CHECK(there.longest == host.longest);
-          CHECK(there.lit.x.first == host.lit.x.first);
-          CHECK(there.lit.x.count == host.lit.x.count);
-          CHECK(there.lit.y.first == host.lit.y.first);
-          CHECK(there.lit.y.count == host.lit.y.count);
-          std::size_t samples = 0, entries = 0, bins = 0, rows = 0;
-          for (const auto& batch : host.batches) {
-            samples += static_cast<std::size_t>(batch.samples);
-            entries += static_cast<std::size_t>(batch.entries);
-            rows += static_cast<std::size_t>(batch.rows);
-          }
-          bins = rows * static_cast<std::size_t>(size.x / COMPACT_BIN);
-          const auto lit = elements(host.lit_samples, samples);
-          CHECK(elements(there.lit_samples, samples) == lit);
-          CHECK(elements(there.bin_samples, entries) == elements(host.bin_samples, entries));
-          CHECK(elements(there.is_fresh, rows) == elements(host.is_fresh, rows));
-          if (bins > 0)
-            CHECK(elements(there.first_of_bin, bins + 1) == elements(host.first_of_bin, bins + 1));
-          if (samples == 0) continue;
-          const auto offsets = elements(host.offsets, given.size()),
-                     got = elements(there.offsets, given.size());
-          for (const int i : lit)
-            CHECK(got[static_cast<std::size_t>(i)] == offsets[static_cast<std::size_t>(i)]);
+  INFO(device.info().name);
+  // Footprints of all kinds: dark, wrapped around, as wide as the plane, beyond it
+  for (const ivec2 size : {ivec2(64, 48), ivec2(320, 16), ivec2(16, 512)}) {
+    for (const int count : {0, 1, 70, 5000}) {
+      for (const bool is_whole : {false, true}) {
+        Random random(static_cast<unsigned>(count + size.x));
+        const auto pick = [&](int low, int high) {
+          return low + static_cast<int>(random() % static_cast<unsigned>(high - low + 1));
+        };
+        std::vector<raywave::device::CompactFootprint> footprints;
+        for (int i = 0; i < count; ++i)
+          footprints.push_back({pick(-2 * size.x, 2 * size.x), 2 * pick(0, size.x / 2),
+                                pick(-2 * size.y, size.y), 2 * pick(0, size.y / 2), pick(0, 4), 0});
+        const auto given = footprints;
+        footprints.resize(footprints.size() + 1);
+        const raywave::cl::Buffer<raywave::device::CompactFootprint> buffer(
+            device, std::span<const raywave::device::CompactFootprint>(footprints), "footprints");
+        FootprintBins host(device, "", Counting::on_host, 100'000),
+            there(device, "", Counting::on_device, 100'000);
+        for (int round = 0; round < 2; ++round) {
+          host.find(buffer, count, size, is_whole);
+          there.find(buffer, count, size, is_whole);
         }
+        REQUIRE(there.batches == host.batches);
+        CHECK((count < 5000 || host.batches.size() > 10));
+        CHECK(there.longest == host.longest);
+        CHECK(there.lit.x.first == host.lit.x.first);
+        CHECK(there.lit.x.count == host.lit.x.count);
+        CHECK(there.lit.y.first == host.lit.y.first);
+        CHECK(there.lit.y.count == host.lit.y.count);
+        std::size_t samples = 0, entries = 0, bins = 0, rows = 0;
+        for (const auto& batch : host.batches) {
+          samples += static_cast<std::size_t>(batch.samples);
+          entries += static_cast<std::size_t>(batch.entries);
+          rows += static_cast<std::size_t>(batch.rows);
+        }
+        bins = rows * static_cast<std::size_t>(size.x / COMPACT_BIN);
+        const auto lit = elements(host.lit_samples, samples);
+        CHECK(elements(there.lit_samples, samples) == lit);
+        CHECK(elements(there.bin_samples, entries) == elements(host.bin_samples, entries));
+        CHECK(elements(there.is_fresh, rows) == elements(host.is_fresh, rows));
+        if (bins > 0)
+          CHECK(elements(there.first_of_bin, bins + 1) == elements(host.first_of_bin, bins + 1));
+        if (samples == 0) continue;
+        const auto offsets = elements(host.offsets, given.size()),
+                   got = elements(there.offsets, given.size());
+        for (const int i : lit) CHECK(got[i] == offsets[i]);
       }
     }
-    for (const auto& stage : {compact(wall()), compact(ball_before_wall(10e-3))}) {
-      const Rig rig(device, stage);
-      REQUIRE(rig.plan.compact);
-      const auto fields = [&](Counting where) {
-        return at_hologram(device, rig, 2, 1, raywave::cl::FftBackend::host, where).tiles;
-      };
-      CHECK(fields(Counting::on_device) == fields(Counting::on_host));
-    }
+  }
+  for (const auto& stage : {compact(wall()), compact(ball_before_wall(10e-3))}) {
+    const Rig rig(device, stage);
+    REQUIRE(rig.plan.compact);
+    const auto fields = [&](Counting where) {
+      return at_hologram(device, rig, 2, 1, raywave::cl::FftBackend::host, where).tiles;
+    };
+    CHECK(fields(Counting::on_device) == fields(Counting::on_host));
   }
 }

@@ -2,23 +2,17 @@
 // trace_fan against host/reference/shading.hpp, pixel by pixel.
 #include "host/trace/fan_tracer.hpp"
 
-#include <cmath>
-#include <numbers>
-
 #include "host/plan/make_plan.hpp"
 #include "host/plan/precision.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
-using test::mm;
-using test::um;
+using namespace test;
 using Field = std::vector<std::complex<float>>;
 
 constexpr double distance_m = 98 * mm;  // of the WRPs
@@ -34,15 +28,14 @@ Scene small_scene() {
   scene.wrp.distances_m = {distance_m};
   scene.wrp.grid = glm::ivec2(1, 1);
   scene.sampling.mode = SamplingMode::fan;
-  scene.materials = {test::glowing()};
+  scene.materials = {glowing()};
   return scene;
 }
 
 /// n x n rays with tangents from -reach to reach, slightly off a regular grid: no ray runs along an
 /// edge of a mesh.
 Wrp wrp_with_fan(int n, double reach, glm::dvec2 centre_m = {0.031 * mm, -0.017 * mm}) {
-  Wrp wrp;
-  wrp.centre_m = {centre_m, distance_m};
+  Wrp wrp{.centre_m = {centre_m, distance_m}};
   for (int j = 0; j < n; ++j)
     for (int i = 0; i < n; ++i)
       wrp.fan.emplace_back(
@@ -71,7 +64,7 @@ double error_of(const Field& field, const reference::TracedField& oracle) {
     want.push_back(oracle.field[i]);
   }
   CHECK(10 * want.size() >= 9 * field.size());
-  return test::relative_l2(got, want);
+  return relative_l2(got, want);
 }
 
 /// Traces on every device in every precision, compares with the oracle and returns the oracle's
@@ -80,13 +73,13 @@ reference::TracedField check_trace(const Scene& scene, const Wrp& wrp, std::uint
   const auto world = build_world(scene);
   auto plan = make_plan(scene, world);
   const auto oracle = reference::trace_fan(scene, world, plan, wrp, seed);
-  for (const auto& device : test::all_devices()) {
+  for (const auto& device : all_devices()) {
     for (const auto precision : {Precision::floats, Precision::doubles}) {
       if (precision == Precision::doubles && !device.info().fp64) continue;
       plan.precision = precision;
       const auto field = traced(device, world, plan, wrp, seed);
       INFO(name_of(precision) << " on " << device.info().name);
-      CHECK(test::all_finite(field));
+      CHECK(all_finite(field));
       const double error = error_of(field, oracle);
       CHECK(error <= hit_error);
       CHECK(error <= 2 * std::numbers::pi *
@@ -106,25 +99,15 @@ std::filesystem::path texture_in(const Folder& folder) {
 }
 
 Light directional(glm::dvec3 direction, double intensity) {
-  Light light;
-  light.direction = direction;
-  light.intensity = intensity;
-  return light;
+  return Light{.direction = direction, .intensity = intensity};
 }
 
 Light point(glm::dvec3 position_m, double intensity) {
-  Light light;
-  light.type = LightType::point;
-  light.position_m = position_m;
-  light.intensity = intensity;
-  return light;
+  return Light{.type = LightType::point, .position_m = position_m, .intensity = intensity};
 }
 
 Light ambient(double intensity) {
-  Light light;
-  light.type = LightType::ambient;
-  light.intensity = intensity;
-  return light;
+  return Light{.type = LightType::ambient, .intensity = intensity};
 }
 
 /// A ball of 0.8 mm in front of a tilted wall, lit by all kinds of light.
@@ -138,11 +121,10 @@ Scene ball_before_wall(const Folder& folder) {
   wall.ambient = glm::dvec3(0.1);
   wall.diffuse = glm::dvec3(0.8);
   scene.materials = {ball, wall};
-  scene.objects = {
-      test::object_at(folder.write("ball.obj", test::ball_obj(14, 7)), 0.8 * mm,
-                      {0.05 * mm, 0.02 * mm, 99.6 * mm}, 0),
-      test::object_at(folder.write("wall.obj", test::square_obj({-0.3, -0.7}, {2.4, 1.9})), 3 * mm,
-                      {0, 0, 100.6 * mm}, 1)};
+  scene.objects = {object_at(folder.write("ball.obj", ball_obj(14, 7)), 0.8 * mm,
+                             {0.05 * mm, 0.02 * mm, 99.6 * mm}, 0),
+                   object_at(folder.write("wall.obj", square_obj({-0.3, -0.7}, {2.4, 1.9})), 3 * mm,
+                             {0, 0, 100.6 * mm}, 1)};
   scene.objects[1].rotation_deg = {10, -15, 5};
   scene.lights = {ambient(0.7), directional({0.5, -0.6, 0.62}, 0.8),
                   directional({-1, 0.3, 1.5}, 0.5), point({0.8 * mm, 1.1 * mm, 98.3 * mm}, 0.6),
@@ -163,7 +145,7 @@ TEST_CASE("smooth normals match the oracle", "[slow]") {
   const auto flat = check_trace(scene, wrp_with_fan(7, 0.3));
   scene.objects[0].normals = Normals::smooth;
   const auto smooth = check_trace(scene, wrp_with_fan(7, 0.3));
-  CHECK(test::relative_l2(flat.field, smooth.field) > 0.01);
+  CHECK(relative_l2(flat.field, smooth.field) > 0.01);
 }
 
 TEST_CASE("shadows match the oracle", "[slow]") {
@@ -179,18 +161,14 @@ TEST_CASE("textures are bilinear, repeat and match the oracle", "[slow]") {
   const auto plain = check_trace(scene, wrp_with_fan(7, 0.3));
   scene.materials[1].texture = texture_in(folder);
   const auto textured = check_trace(scene, wrp_with_fan(7, 0.3));
-  CHECK(test::relative_l2(plain.field, textured.field) > 0.1);
+  CHECK(relative_l2(plain.field, textured.field) > 0.1);
 }
 
 TEST_CASE("highlights of any sharpness match the oracle", "[slow]") {
   const Folder folder;
   auto scene = small_scene();
-  Material m;
-  m.ambient = glm::dvec3(0);
-  m.diffuse = glm::dvec3(0);
-  m.specular = glm::dvec3(1);
-  scene.objects = {
-      test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
+  Material m{.ambient = glm::dvec3(0), .diffuse = glm::dvec3(0), .specular = glm::dvec3(1)};
+  scene.objects = {object_at(folder.write("wall.obj", square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   scene.objects[0].rotation_deg = {3, 2, 0};
   const auto wrp = wrp_with_fan(7, 0.3);
   // The wall reflects the light almost exactly back along one ray of the fan.
@@ -226,16 +204,16 @@ Scene mirrors_and_glass(const Folder& folder, double scale) {
   scene.lights = {ambient(0.3), directional({0.4, -0.5, 0.8}, 0.7)};
   scene.trace.shadows = false;
   scene.sampling.pitch_m *= scale;
-  const auto square = folder.write("square.obj", test::square_obj());
+  const auto square = folder.write("square.obj", square_obj());
   const auto add = [&](const std::filesystem::path& mesh, double width_m, glm::dvec3 from_wrp_m,
                        int material, glm::dvec3 rotation_deg) {
-    scene.objects.push_back(test::object_at(
-        mesh, scale * width_m, scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
+    scene.objects.push_back(object_at(mesh, scale * width_m,
+                                      scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
     scene.objects.back().rotation_deg = rotation_deg;
   };
-  add(folder.write("prism.obj", test::prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2,
+  add(folder.write("prism.obj", prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2,
       {2, 7, 3});
-  add(folder.write("ball.obj", test::ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2,
+  add(folder.write("ball.obj", ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2,
       {11, 5, 0});
   scene.objects.back().normals = Normals::smooth;
   add(square, 0.5 * mm, {0.35 * mm, -0.35 * mm, 1.3 * mm}, 1, {20, -35, 0});
@@ -274,32 +252,30 @@ TEST_CASE("rays too steep for the pixels of the SLM add nothing") {
   const Folder folder;
   auto scene = small_scene();
   scene.hologram.pitch_m = {2 * um, 3 * um};  // sines up to 0.1595 and 0.106
-  scene.objects = {
-      test::object_at(folder.write("wall.obj", test::square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
+  scene.objects = {object_at(folder.write("wall.obj", square_obj()), 3 * mm, {0, 0, 100.03 * mm})};
   auto wrp = wrp_with_fan(9, 0.3);
   const auto oracle = check_trace(scene, wrp);
   CHECK(oracle.hits < 33 * 17 * 25);
   CHECK(oracle.hits > 33 * 17 * 9);
 }
 
-TEST_CASE("a WRP whose rays hit no surface is exactly zero") {
+DEVICE_TEST("a WRP whose rays hit no surface is exactly zero") {
   const Folder folder;
   auto scene = small_scene();
-  scene.objects = {test::object_at(folder.write("wall.obj", test::square_obj()), 0.1 * mm,
-                                   {5 * mm, 0, 100 * mm})};
+  scene.objects = {
+      object_at(folder.write("wall.obj", square_obj()), 0.1 * mm, {5 * mm, 0, 100 * mm})};
   scene.trace.depth = 2;
   scene.materials[0].reflectivity = 0.5;
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
-  for (const auto& device : test::all_devices())
-    CHECK(traced(device, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
+  CHECK(traced(device, world, plan, wrp_with_fan(5, 0.3), 1) == Field(33 * 17));
 }
 
-TEST_CASE("unused materials and lights do not change the field", "[slow]") {
+DEVICE_TEST("unused materials and lights do not change the field", "[slow]") {
   const Folder folder;
   const auto lean = ball_before_wall(folder);
   auto rich = lean;
-  auto unused = test::glowing();
+  auto unused = glowing();
   unused.texture = texture_in(folder);
   rich.materials.push_back(unused);
   auto no_light = directional({1, 1, 1}, 0);
@@ -307,13 +283,11 @@ TEST_CASE("unused materials and lights do not change the field", "[slow]") {
   rich.trace.depth = 3;  // no material reflects or transmits
   const auto world = build_world(lean), rich_world = build_world(rich);
   const auto plan = make_plan(lean, world), rich_plan = make_plan(rich, rich_world);
-  for (const auto& device : test::all_devices()) {
-    cl::Options lean_options, rich_options;
-    const auto a = traced(device, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);
-    const auto b = traced(device, rich_world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
-    CHECK(lean_options != rich_options);  // other code was compiled
-    CHECK(test::relative_l2(a, b) <= 1e-6);
-  }
+  cl::Options lean_options, rich_options;
+  const auto a = traced(device, world, plan, wrp_with_fan(5, 0.3), 1, &lean_options);
+  const auto b = traced(device, rich_world, rich_plan, wrp_with_fan(5, 0.3), 1, &rich_options);
+  CHECK(lean_options != rich_options);  // other code was compiled
+  CHECK(relative_l2(a, b) <= 1e-6);
 }
 
 TEST_CASE("planes of odd sizes and single pixels are traced completely", "[slow]") {

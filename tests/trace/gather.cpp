@@ -1,9 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
-#include <complex>
-#include <optional>
-
 #include "host/plan/footprint.hpp"
 #include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
@@ -12,11 +7,7 @@
 #include "host/render.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/view/compare.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
 #include "tests/support/samples.hpp"
-#include "tests/support/scenes.hpp"
-#include "tests/support/worlds.hpp"
 
 using namespace raywave;
 using namespace raywave::test;
@@ -64,7 +55,7 @@ Scene study(std::vector<std::string> settings) {
 
 }  // namespace
 
-TEST_CASE(
+DEVICE_TEST(
     "geometric gathering matches the direct sum in front of, inside and behind the scene, on and "
     "off the axis") {
   struct Case {
@@ -86,37 +77,32 @@ TEST_CASE(
                         {"z < 0, nearer to the eye", -30e-3, {0, 0, -33e-3}, 1.0, 0.0},
                         {"z < 0, off the axis", -30e-3, {0.43e-3, -0.35e-3, -27e-3}, 1.1, 0.1},
                         {"z < 0, at the hologram", -30e-3, {0, 0, 0}, 1.2, 0.2}};
-  for (const auto& device : all_devices()) {
-    for (const auto& [name, scene_z_m, centre, fan, edge] : cases) {
-      auto stage = ball_before_wall(scene_z_m);
-      CAPTURE(name);
-      stage.scene.sampling.cone = fan;
-      stage.scene.sampling.apodization = edge;
-      const Rig rig(device, stage);
-      REQUIRE(rig.samples.size() > 400);
-      REQUIRE(rig.table.hidden > 20);
-      const auto result = against_direct_sum(rig, gathered(device, rig, centre), 1, 1, centre, 250);
-      INFO(name << ": error " << result.error << ", " << result.pixels << " pixels, unsure "
-                << result.unsure);
-      CHECK(result.pixels > 60);
-      CHECK(result.error < 2e-5);
-      CHECK(result.dark_error == 0);
-    }
+  for (const auto& [name, scene_z_m, centre, fan, edge] : cases) {
+    auto stage = ball_before_wall(scene_z_m);
+    CAPTURE(name);
+    stage.scene.sampling.cone = fan;
+    stage.scene.sampling.apodization = edge;
+    const Rig rig(device, stage);
+    REQUIRE(rig.samples.size() > 400);
+    REQUIRE(rig.table.hidden > 20);
+    const auto result = against_direct_sum(rig, gathered(device, rig, centre), 1, 1, centre, 250);
+    CAPTURE(name, result.error, result.pixels, result.unsure);
+    CHECK(result.pixels > 60);
+    CHECK(result.error < 2e-5);
+    CHECK(result.dark_error == 0);
   }
 }
 
-TEST_CASE("frames gathered together differ only in their phases") {
+DEVICE_TEST("frames gathered together differ only in their phases") {
   const auto stage = ball_before_wall(30e-3);
   const dvec3 centre(0, 0, 28.5e-3);
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage);
-    for (const int frames : {3, most_frames_together}) {
-      const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40),
-                                             frames, 40, centre, 100);
-      CAPTURE(frames, result.error);
-      CHECK(result.pixels > 60);
-      CHECK(result.error < 2e-5);
-    }
+  const Rig rig(device, stage);
+  for (const int frames : {3, most_frames_together}) {
+    const auto result = against_direct_sum(rig, gathered(device, rig, centre, 0, frames, 40),
+                                           frames, 40, centre, 100);
+    CAPTURE(frames, result.error);
+    CHECK(result.pixels > 60);
+    CHECK(result.error < 2e-5);
   }
 }
 
@@ -139,187 +125,165 @@ TEST_CASE("frames beyond one group continue with the next seeds", "[slow]") {
   }
 }
 
-TEST_CASE("a cone without apodization lights exactly the pixels whose rays reach the hologram") {
+DEVICE_TEST("a cone without apodization lights exactly the pixels whose rays reach the hologram") {
   for (const double z_wrp : {19e-3, 15e-3, 23e-3}) {
     auto stage = one_point({13e-6, 13e-6, 20e-3});
     stage.scene.sampling.cone = 1;
     stage.scene.sampling.apodization = 0;
-    for (const auto& device : all_devices()) {
-      const Rig rig(device, stage);
-      REQUIRE(rig.samples.size() == 1);
-      const auto p = place(rig.samples[0]) + rig.plan.origin_m;
-      const dvec3 centre(5e-6, 0, z_wrp);
-      const auto field = gathered(device, rig, centre);
-      int lit = 0, wrong = 0;
-      for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = reference::pixel_m(rig.plan, centre, i);
-        const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) /
-                        (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
-        const double most = std::max(at.x, at.y);
-        if (std::abs(most - 1) < 1e-5) continue;
-        wrong += (field[i] != 0.0f) != (most < 1);
-        lit += most < 1;
-      }
-      CHECK(wrong == 0);
-      CHECK(lit > 3);
+    const Rig rig(device, stage);
+    REQUIRE(rig.samples.size() == 1);
+    const auto p = place(rig.samples[0]) + rig.plan.origin_m;
+    const dvec3 centre(5e-6, 0, z_wrp);
+    const auto field = gathered(device, rig, centre);
+    int lit = 0, wrong = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const auto pixel = reference::pixel_m(rig.plan, centre, i);
+      const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) /
+                      (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
+      const double most = std::max(at.x, at.y);
+      if (std::abs(most - 1) < 1e-5) continue;
+      wrong += (field[i] != 0.0f) != (most < 1);
+      lit += most < 1;
     }
+    CHECK(wrong == 0);
+    CHECK(lit > 3);
   }
 }
 
-TEST_CASE("light too steep for the pixels of the SLM is left out") {
+DEVICE_TEST("light too steep for the pixels of the SLM is left out") {
   // 4 um pixels show sines up to 0.0798: a sample 1.2 mm off the axis at 15 mm sends steeper light
   // to one side of the hologram.
   Stage stage;
   stage.scene.hologram = {{121, 5}, {4e-6, 4e-6}, 638e-9};
   stage.add(rectangle({1.2e-3, 0, 15e-3}, {30e-6, 0, 0}, {0, 30e-6, 0}));
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage, Method::points, false);
-    REQUIRE(rig.plan.beyond_diffraction);
-    REQUIRE(!rig.samples.empty());
-    const auto field = gathered(device, rig, {0, 0, 0});
-    int wrong = 0, steep = 0;
-    for (std::size_t i = 0; i < field.size(); ++i) {
-      const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
-      int shown = 0, unsure = 0;
-      for (const auto& s : rig.samples) {
-        const auto way = normalize(place(s) + rig.plan.origin_m - pixel);
-        shown += way.x < 638e-9 / 8e-6;
-        unsure += std::abs(way.x - 638e-9 / 8e-6) < 1e-6;
-      }
-      wrong += !unsure && (field[i] != 0.0f) != (shown > 0);
-      steep += shown == 0;
+  const Rig rig(device, stage, Method::points, false);
+  REQUIRE(rig.plan.beyond_diffraction);
+  REQUIRE(!rig.samples.empty());
+  const auto field = gathered(device, rig, {0, 0, 0});
+  int wrong = 0, steep = 0;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
+    int shown = 0, unsure = 0;
+    for (const auto& s : rig.samples) {
+      const auto way = normalize(place(s) + rig.plan.origin_m - pixel);
+      shown += way.x < 638e-9 / 8e-6;
+      unsure += std::abs(way.x - 638e-9 / 8e-6) < 1e-6;
     }
-    CHECK(wrong == 0);
-    CHECK(steep > 50);
-    CHECK(steep < 121 * 5 - 50);
+    wrong += !unsure && (field[i] != 0.0f) != (shown > 0);
+    steep += shown == 0;
   }
+  CHECK(wrong == 0);
+  CHECK(steep > 50);
+  CHECK(steep < 121 * 5 - 50);
 }
 
-TEST_CASE("rendering by points matches the direct sum at the hologram") {
-  for (const auto& device : all_devices()) {
-    // The test needs no mesh file and no texture; render() and the oracle's world read one file.
-    const auto scene =
-        load_scene(data / "study.toml",
-                   {"sampling.frames=2", "hologram.resolution=[63, 65]", "sampling.pitch='80 um'",
-                    "object.0.mesh=plane.ply", "object.0.rotation=[20, 30, 0]"});
-    RenderOptions options;
-    options.method = Method::points;
-    const auto result = render(device, scene, options);
-    Stage stage;
-    stage.scene = scene;
-    stage.world = build_world(scene);
-    const Rig rig(device, stage, Method::points, false);
-    CHECK(result.samples == rig.table.count);
-    CHECK(result.hidden_samples == rig.table.hidden);
-    const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300,
-                                              amplitude_unit_m(rig.plan));
-    INFO("points: error " << agreement.error << ", unsure " << agreement.unsure
-                          << " of 300, hidden " << rig.table.hidden << " of " << rig.table.count);
-    CHECK(agreement.pixels > 100);
-    CHECK(agreement.error < 2e-5);
-  }
+DEVICE_TEST("rendering by points matches the direct sum at the hologram") {
+  // The test needs no mesh file and no texture; render() and the oracle's world read one file.
+  const auto scene =
+      load_scene(data / "study.toml",
+                 {"sampling.frames=2", "hologram.resolution=[63, 65]", "sampling.pitch='80 um'",
+                  "object.0.mesh=plane.ply", "object.0.rotation=[20, 30, 0]"});
+  const auto result = render(device, scene, RenderOptions{.method = Method::points});
+  Stage stage;
+  stage.scene = scene;
+  stage.world = build_world(scene);
+  const Rig rig(device, stage, Method::points, false);
+  CHECK(result.samples == rig.table.count);
+  CHECK(result.hidden_samples == rig.table.hidden);
+  const auto agreement = against_direct_sum(rig, result.field.samples, 2, 1, {0, 0, 0}, 300,
+                                            amplitude_unit_m(rig.plan));
+  CAPTURE(agreement.error, agreement.unsure, rig.table.hidden, rig.table.count);
+  CHECK(agreement.pixels > 100);
+  CHECK(agreement.error < 2e-5);
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "smooth parts of the window are nearer than hard ones to a ray from every sample to every "
     "pixel",
     "[slow]") {
   auto stage = ball_before_wall(10e-3);
   stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
   stage.scene.sampling.pitch_m = 20e-6;
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage, Method::points, false);
-    const auto what = reference::gathering(rig);
-    const auto half_m = rig.plan.window_m() / 2.0;
-    const int parts = rig.table.visibility_parts;
-    Random random(3);
-    double smooth = 0, hard = 0, energy = 0;
-    for (int n = 0; n < 200; ++n) {
-      const dvec2 at(uniform(random, -1, 1), uniform(random, -1, 1));
-      const dvec3 pixel_m(at * half_m, 0);
-      const auto part = glm::ivec2((at + 1.0) * (parts / 2.0));
-      const auto bit = static_cast<std::size_t>(part.y * parts + part.x);
-      Complex exact = 0, by_smooth = 0, by_hard = 0;
-      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const auto& s = rig.samples[i];
-        const auto path = pixel_m - (place(s) + rig.plan.origin_m);
-        const double r = length(path);
-        const auto wave =
-            reference::amplitude_towards(what, i, path / -path.z) / r *
-            std::polar(1.0, 2 * std::numbers::pi *
-                                (std::remainder(r / 638e-9, 1.0) + phase_turns_of_key(s.key, 1)));
-        const bool is_free = free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
-                                       pixel_m - rig.plan.origin_m) != reference::Seen::no;
-        exact += is_free ? wave : 0.0;
-        by_smooth += (s.hidden ? reference::smooth_share(what, i, dvec2(pixel_m)) : 1.0) * wave;
-        const auto words = rig.table.visibility_words();
-        const bool is_seen = rig.visibility_masks[i * words + bit / 32] >> (bit % 32) & 1u;
-        by_hard += !s.hidden || is_seen ? wave : 0.0;
-      }
-      smooth += std::norm(by_smooth - exact);
-      hard += std::norm(by_hard - exact);
-      energy += std::norm(exact);
+  const Rig rig(device, stage, Method::points, false);
+  const auto what = reference::gathering(rig);
+  const auto half_m = rig.plan.window_m() / 2.0;
+  const int parts = rig.table.visibility_parts;
+  Random random(3);
+  double smooth = 0, hard = 0, energy = 0;
+  for (int n = 0; n < 200; ++n) {
+    const dvec2 at(uniform(random, -1, 1), uniform(random, -1, 1));
+    const dvec3 pixel_m(at * half_m, 0);
+    const auto part = glm::ivec2((at + 1.0) * (parts / 2.0));
+    const auto bit = static_cast<std::size_t>(part.y * parts + part.x);
+    Complex exact = 0, by_smooth = 0, by_hard = 0;
+    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+      const auto& s = rig.samples[i];
+      const auto path = pixel_m - (place(s) + rig.plan.origin_m);
+      const double r = length(path);
+      const auto wave =
+          reference::amplitude_towards(what, i, path / -path.z) / r *
+          std::polar(1.0, 2 * std::numbers::pi *
+                              (std::remainder(r / 638e-9, 1.0) + phase_turns_of_key(s.key, 1)));
+      const bool is_free = free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
+                                     pixel_m - rig.plan.origin_m) != reference::Seen::no;
+      exact += is_free ? wave : 0.0;
+      by_smooth += (s.hidden ? reference::smooth_share(what, i, dvec2(pixel_m)) : 1.0) * wave;
+      const auto words = rig.table.visibility_words();
+      const bool is_seen = rig.visibility_masks[i * words + bit / 32] >> (bit % 32) & 1u;
+      by_hard += !s.hidden || is_seen ? wave : 0.0;
     }
-    INFO(rig.table.hidden << " of " << rig.table.count << " samples hidden; smooth parts off by "
-                          << std::sqrt(smooth / energy) << ", hard ones by "
-                          << std::sqrt(hard / energy));
-    REQUIRE(rig.table.hidden > 20);
-    CHECK(smooth < hard);
-    CHECK(std::sqrt(smooth / energy) < 0.1);
+    smooth += std::norm(by_smooth - exact);
+    hard += std::norm(by_hard - exact);
+    energy += std::norm(exact);
   }
+  CAPTURE(rig.table.hidden, rig.table.count, std::sqrt(smooth / energy), std::sqrt(hard / energy));
+  REQUIRE(rig.table.hidden > 20);
+  CHECK(smooth < hard);
+  CHECK(std::sqrt(smooth / energy) < 0.1);
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "gathered and fan-traced holograms of the study scene correlate with the sum of all points",
     "[slow]") {
-  for (const auto& device : all_devices()) {
-    RenderOptions points;
-    points.method = Method::points;
-    const auto gold = render(device, study({}), points);
-    const auto correlation = [&](std::vector<std::string> settings) {
-      return compare_fields(gold.field, render(device, study(std::move(settings))).field)
-          .correlation;
-    };
-    const double hard = correlation({"sampling.cone=1.0", "sampling.apodization=0"});
-    const double soft = correlation({"sampling.cone=1.2", "sampling.apodization=0.2"});
-    const double literal = correlation({"sampling.mode=fan"});
-    INFO("correlation with points: aimed " << hard << ", with fan 1.2 and edge 0.2 " << soft
-                                           << ", fan of hits " << literal);
-    CHECK(hard >= 0.94);
-    CHECK(soft >= 0.965);
-    CHECK(literal < 0.2);
-  }
+  const RenderOptions points{.method = Method::points};
+  const auto gold = render(device, study({}), points);
+  const auto correlation = [&](std::vector<std::string> settings) {
+    return compare_fields(gold.field, render(device, study(std::move(settings))).field).correlation;
+  };
+  const double hard = correlation({"sampling.cone=1.0", "sampling.apodization=0"});
+  const double soft = correlation({"sampling.cone=1.2", "sampling.apodization=0.2"});
+  const double literal = correlation({"sampling.mode=fan"});
+  CAPTURE(hard, soft, literal);
+  CHECK(hard >= 0.94);
+  CHECK(soft >= 0.965);
+  CHECK(literal < 0.2);
 }
 
-TEST_CASE(
-    "the hologram does not depend on the place of the WRP: in front of, inside, on a surface of or "
-    "behind the scene",
+DEVICE_TEST(
+    "the hologram does not depend on the place of the WRP: in front of, inside, on a surface of "
+    "or behind the scene",
     "[slow]") {
-  for (const auto& device : all_devices()) {
-    Stage stage;
-    stage.scene = study({});
-    stage.world = build_world(stage.scene);
-    RenderOptions points;
-    points.method = Method::points;
-    const auto gold = render(device, stage.scene, points);
-    const Rig rig(device, stage);
-    Propagator propagator(device, {rig.plan.size, rig.plan.pitch_m, rig.plan.wavelength_m, 2});
-    // The sphere extends from 18.55 to 19.45 mm; the plane behind it stands at 19.5 mm.
-    for (const double z :
-         {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
-      const auto on_plane = gathered(device, rig, {0, 0, z}, default_plane_wave_spots);
-      raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
-      propagator.load(field);
-      propagator.add({{0, 0}, z});
-      propagator.collect(field);
-      auto samples = field.read();
-      for (auto& u : samples) u *= static_cast<float>(amplitude_unit_m(rig.plan));
-      const auto result = compare_fields(gold.field, {384, 384, 1, std::move(samples)});
-      INFO("plane at " << z << ": correlation with points " << result.correlation << ", energy "
-                       << result.energy_ratio);
-      CHECK(result.correlation >= 0.97);
-      CHECK(result.energy_ratio == Catch::Approx(1).margin(0.05));
-    }
+  Stage stage;
+  stage.scene = study({});
+  stage.world = build_world(stage.scene);
+  const RenderOptions points{.method = Method::points};
+  const auto gold = render(device, stage.scene, points);
+  const Rig rig(device, stage);
+  Propagator propagator(device, {rig.plan.size, rig.plan.pitch_m, rig.plan.wavelength_m, 2});
+  // The sphere extends from 18.55 to 19.45 mm; the plane behind it stands at 19.5 mm.
+  for (const double z :
+       {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
+    const auto on_plane = gathered(device, rig, {0, 0, z}, default_plane_wave_spots);
+    raywave::cl::ComplexBuffer field(device, std::span(on_plane), "field");
+    propagator.load(field);
+    propagator.add({{0, 0}, z});
+    propagator.collect(field);
+    auto samples = field.read();
+    for (auto& u : samples) u *= static_cast<float>(amplitude_unit_m(rig.plan));
+    const auto result = compare_fields(gold.field, {384, 384, 1, std::move(samples)});
+    CAPTURE(z, result.correlation, result.energy_ratio);
+    CHECK(result.correlation >= 0.97);
+    CHECK(result.energy_ratio == Catch::Approx(1).margin(0.05));
   }
 }
 
@@ -365,173 +329,157 @@ Stage near_point() {
 
 }  // namespace
 
-TEST_CASE(
+DEVICE_TEST(
     "a sample on or near the plane gives the sum of the plane waves that reach the hologram") {
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, near_point());
-    REQUIRE(rig.samples.size() == 1);
-    for (const double depth : {0.0, 1e-9, -1e-9, 3e-6, -20e-6, 0.2e-3, -0.7e-3}) {
-      // The plane is centred on the sample, so that all of its light falls on the plane.
-      const auto first = place(rig.samples[0]) + rig.plan.origin_m;
-      const dvec3 centre(first.x, first.y, first.z - depth);
-      const auto field = gathered(device, rig, centre, 12);
-      double difference = 0, lit = 0, all = 0;
-      for (std::size_t i = 0; i < field.size(); ++i) {
-        const auto pixel = reference::pixel_m(rig.plan, centre, i);
-        if (std::abs(pixel.x - first.x) > 120e-6 || std::abs(pixel.y - first.y) > 120e-6) continue;
-        REQUIRE(std::isfinite(std::abs(field[i])));
-        Complex wanted = 0;
-        for (const auto& s : rig.samples)
-          wanted += double(s.weight) * std::sqrt(double(s.radiance)) *
-                    std::polar(1.0, 2 * std::numbers::pi * phase_turns_of_key(s.key, 1)) *
-                    plane_waves(rig.plan, place(s) + rig.plan.origin_m, pixel);
-        all += std::norm(wanted);
-        if (field[i] == 0.0f) continue;  // outside the sample's footprint
-        difference += std::norm(Complex(field[i]) - wanted);
-        lit += std::norm(wanted);
-      }
-      INFO("depth " << depth << ": error " << std::sqrt(difference / lit)
-                    << ", share of the light that is kept " << lit / all);
-      CHECK(std::sqrt(difference / lit) < 2e-3);
-      CHECK(lit / all > 0.97);
+  const Rig rig(device, near_point());
+  REQUIRE(rig.samples.size() == 1);
+  for (const double depth : {0.0, 1e-9, -1e-9, 3e-6, -20e-6, 0.2e-3, -0.7e-3}) {
+    // The plane is centred on the sample, so that all of its light falls on the plane.
+    const auto first = place(rig.samples[0]) + rig.plan.origin_m;
+    const dvec3 centre(first.x, first.y, first.z - depth);
+    const auto field = gathered(device, rig, centre, 12);
+    double difference = 0, lit = 0, all = 0;
+    for (std::size_t i = 0; i < field.size(); ++i) {
+      const auto pixel = reference::pixel_m(rig.plan, centre, i);
+      if (std::abs(pixel.x - first.x) > 120e-6 || std::abs(pixel.y - first.y) > 120e-6) continue;
+      REQUIRE(std::isfinite(std::abs(field[i])));
+      Complex wanted = 0;
+      for (const auto& s : rig.samples)
+        wanted += double(s.weight) * std::sqrt(double(s.radiance)) *
+                  std::polar(1.0, 2 * std::numbers::pi * phase_turns_of_key(s.key, 1)) *
+                  plane_waves(rig.plan, place(s) + rig.plan.origin_m, pixel);
+      all += std::norm(wanted);
+      if (field[i] == 0.0f) continue;  // outside the sample's footprint
+      difference += std::norm(Complex(field[i]) - wanted);
+      lit += std::norm(wanted);
     }
+    CAPTURE(depth, std::sqrt(difference / lit), lit / all);
+    CHECK(std::sqrt(difference / lit) < 2e-3);
+    CHECK(lit / all > 0.97);
   }
 }
 
-TEST_CASE("geometric footprints and plane waves agree at the switch between them") {
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, near_point());
-    const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
-    const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2,
-                 spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.cone_half_width * half);
-    for (const double side : {1.0, -1.0}) {
-      const double depth = side * 12 * spot * first.z / (rig.plan.cone_half_width * half);
-      const dvec3 centre(first.x, first.y, first.z - depth);
-      const auto geometric = gathered(device, rig, centre, 0),
-                 waves = gathered(device, rig, centre, 20);
-      Fields difference(geometric);
-      for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= waves[i];
-      const double error = std::sqrt(energy(difference) / energy(waves));
-      INFO("depth " << depth << ": relative difference " << error << ", energy "
-                    << energy(geometric) / energy(waves));
-      CHECK(error > 0);
-      // The geometric footprint has no Fresnel fringes; here they cover a third of the footprint.
-      CHECK(error < 0.4);
-      CHECK(energy(geometric) / energy(waves) == Catch::Approx(1).margin(0.03));
-    }
+DEVICE_TEST("geometric footprints and plane waves agree at the switch between them") {
+  const Rig rig(device, near_point());
+  const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
+  const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2,
+               spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.cone_half_width * half);
+  for (const double side : {1.0, -1.0}) {
+    const double depth = side * 12 * spot * first.z / (rig.plan.cone_half_width * half);
+    const dvec3 centre(first.x, first.y, first.z - depth);
+    const auto geometric = gathered(device, rig, centre, 0),
+               waves = gathered(device, rig, centre, 20);
+    Fields difference(geometric);
+    for (std::size_t i = 0; i < difference.size(); ++i) difference[i] -= waves[i];
+    const double error = std::sqrt(energy(difference) / energy(waves));
+    CAPTURE(depth, error, energy(geometric) / energy(waves));
+    CHECK(error > 0);
+    // The geometric footprint has no Fresnel fringes; here they cover a third of the footprint.
+    CHECK(error < 0.4);
+    CHECK(energy(geometric) / energy(waves) == Catch::Approx(1).margin(0.03));
   }
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "every sample is gathered in exactly one layer, also at boundaries, before the first and "
     "behind the last") {
-  for (const auto& device : all_devices()) {
-    Stage stage;
-    stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
-    stage.scene.sampling.pitch_m = 30e-6;
-    for (int i = 0; i < 5; ++i)  // 18.8 to 20 mm
-      stage.add(rectangle({(i - 2) * 40e-6, 0, 18.8e-3 + i * 0.3e-3}, {18e-6, 0, 2e-6 * i},
-                          {0, 18e-6, 0}));
-    Rig rig(device, stage);
-    std::vector<float> depths;
-    for (const auto& s : rig.samples) depths.push_back(s.z);
-    std::sort(depths.begin(), depths.end());
-    depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
-    REQUIRE(depths.size() >= 5);
-    auto& layers = rig.plan.layers;
-    REQUIRE(layers.size() == 1);
-    const auto whole = layers[0];
-    const dvec3 centre(10e-6, -5e-6, 19.3e-3);
-    const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
-    // Layer bounds at a sample's own depth, one float behind another sample, and behind all
-    // samples
-    const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
-                 second = z0 + double{std::nextafter(depths[3], 1.0f)};
-    layers.assign(4, whole);
-    layers[0].end_m = layers[1].begin_m = first;
-    layers[1].end_m = layers[2].begin_m = second;
-    layers[2].end_m = layers[3].begin_m = 1;
-    REQUIRE(layer_bounds(rig.plan, layers[1]) ==
-            std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
-    const auto sum_of_layers = [&](double plane_wave_spots) {
-      std::vector<Complex> sum(all.size());
-      for (std::size_t layer = 0; layer < 4; ++layer) {
-        const auto part = gathered(device, rig, centre, plane_wave_spots, 1, 1, layer);
-        if (layer == 3) CHECK(energy(part) == 0);
-        if (layer < 3) CHECK(energy(part) > 0);
-        for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);
-      }
-      return sum;
-    };
-    // Only the order of the sums differs.
-    CHECK(reference::relative_error(sum_of_layers(0), reference::to_double(all)) < 1e-6);
-    CHECK(reference::relative_error(sum_of_layers(12), reference::to_double(all_near)) < 1e-6);
-  }
+  Stage stage;
+  stage.scene.hologram = {{61, 47}, {8e-6, 8e-6}, 638e-9};
+  stage.scene.sampling.pitch_m = 30e-6;
+  for (int i = 0; i < 5; ++i)  // 18.8 to 20 mm
+    stage.add(
+        rectangle({(i - 2) * 40e-6, 0, 18.8e-3 + i * 0.3e-3}, {18e-6, 0, 2e-6 * i}, {0, 18e-6, 0}));
+  Rig rig(device, stage);
+  std::vector<float> depths;
+  for (const auto& s : rig.samples) depths.push_back(s.z);
+  std::sort(depths.begin(), depths.end());
+  depths.erase(std::unique(depths.begin(), depths.end()), depths.end());
+  REQUIRE(depths.size() >= 5);
+  auto& layers = rig.plan.layers;
+  REQUIRE(layers.size() == 1);
+  const auto whole = layers[0];
+  const dvec3 centre(10e-6, -5e-6, 19.3e-3);
+  const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
+  // Layer bounds at a sample's own depth, one float behind another sample, and behind all
+  // samples
+  const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
+               second = z0 + double{std::nextafter(depths[3], 1.0f)};
+  layers.assign(4, whole);
+  layers[0].end_m = layers[1].begin_m = first;
+  layers[1].end_m = layers[2].begin_m = second;
+  layers[2].end_m = layers[3].begin_m = 1;
+  REQUIRE(layer_bounds(rig.plan, layers[1]) ==
+          std::pair(depths[1], std::nextafter(depths[3], 1.0f)));
+  const auto sum_of_layers = [&](double plane_wave_spots) {
+    std::vector<Complex> sum(all.size());
+    for (std::size_t layer = 0; layer < 4; ++layer) {
+      const auto part = gathered(device, rig, centre, plane_wave_spots, 1, 1, layer);
+      if (layer == 3) CHECK(energy(part) == 0);
+      if (layer < 3) CHECK(energy(part) > 0);
+      for (std::size_t i = 0; i < sum.size(); ++i) sum[i] += Complex(part[i]);
+    }
+    return sum;
+  };
+  // Only the order of the sums differs.
+  CHECK(reference::relative_error(sum_of_layers(0), reference::to_double(all)) < 1e-6);
+  CHECK(reference::relative_error(sum_of_layers(12), reference::to_double(all_near)) < 1e-6);
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "a pixel of the study scene gathers at most 30 rays, and most of the light reaches the "
     "hologram",
     "[slow]") {
-  for (const auto& device : all_devices()) {
-    const auto scene = study({"sampling.cone=1.0", "sampling.apodization=0"});
-    Stage stage;
-    stage.scene = scene;
-    stage.world = build_world(scene);
-    const Rig rig(device, stage);
-    const auto& plan = rig.plan;
-    const double z_wrp = plan.layers[0].distance_m;
-    double pairs = 0, asked = 0;
-    for (const auto& s : rig.samples) {
-      const auto p = place(s) + plan.origin_m;
-      double pixels = 1;
-      for (int axis = 0; axis < 2; ++axis) {
-        const double middle = p[axis] * z_wrp / p.z,
-                     half = plan.size[axis] * plan.pitch_m[axis] / 2 * (p.z - z_wrp) / p.z;
-        int inside = 0;
-        for (int i = 0; i < plan.size[axis]; ++i)
-          inside +=
-              std::abs((i - (plan.size[axis] - 1) / 2.0) * plan.pitch_m[axis] - middle) <= half;
-        pixels *= inside;
-      }
-      pairs += pixels;
-      asked += s.hidden ? pixels : 0;
+  const auto scene = study({"sampling.cone=1.0", "sampling.apodization=0"});
+  Stage stage;
+  stage.scene = scene;
+  stage.world = build_world(scene);
+  const Rig rig(device, stage);
+  const auto& plan = rig.plan;
+  const double z_wrp = plan.layers[0].distance_m;
+  double pairs = 0, asked = 0;
+  for (const auto& s : rig.samples) {
+    const auto p = place(s) + plan.origin_m;
+    double pixels = 1;
+    for (int axis = 0; axis < 2; ++axis) {
+      const double middle = p[axis] * z_wrp / p.z,
+                   half = plan.size[axis] * plan.pitch_m[axis] / 2 * (p.z - z_wrp) / p.z;
+      int inside = 0;
+      for (int i = 0; i < plan.size[axis]; ++i)
+        inside += std::abs((i - (plan.size[axis] - 1) / 2.0) * plan.pitch_m[axis] - middle) <= half;
+      pixels *= inside;
     }
-    const double per_pixel = pairs / (plan.size.x * plan.size.y),
-                 asked_per_pixel = asked / (plan.size.x * plan.size.y);
-
-    const auto share_in_window = [&](const Scene& wanted) {
-      RenderOptions options;
-      options.keep_wrps = true;
-      const auto wrp = render(device, wanted, options).wrps.at(0);
-      const int wide = 3 * wrp.nx, margin = wrp.nx;
-      Fields padded(static_cast<std::size_t>(wide) * static_cast<std::size_t>(wide));
-      for (int y = 0; y < wrp.ny; ++y)
-        std::copy_n(wrp.samples.begin() + y * wrp.nx, wrp.nx,
-                    padded.begin() + (y + margin) * wide + margin);
-      raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded),
-                                       "wide field");
-      Propagator propagator(device, {{wide, wide}, plan.pitch_m, plan.wavelength_m, 1.25});
-      propagator.load(field);
-      propagator.add({{0, 0}, z_wrp});
-      propagator.collect(field);
-      const auto arrived = field.read();
-      double within = 0, all = 0;
-      for (const auto& v : padded) all += std::norm(Complex(v));
-      for (int y = margin; y < margin + wrp.ny; ++y)
-        for (int x = margin; x < margin + wrp.nx; ++x)
-          within += std::norm(Complex(arrived[static_cast<std::size_t>(y * wide + x)]));
-      return within / all;
-    };
-    const double hard = share_in_window(scene), soft = share_in_window(study({}));
-    INFO("rays per pixel " << per_pixel << ", that need visibility " << asked_per_pixel
-                           << " (samples " << rig.table.count << ", hidden " << rig.table.hidden
-                           << "); energy share in the window " << hard
-                           << ", with fan 1.2 and edge 0.2 " << soft);
-    CHECK(per_pixel <= 30);
-    CHECK(per_pixel > 20);
-    CHECK(asked_per_pixel < 0.6 * per_pixel);
-    CHECK(hard >= 0.85);
-    CHECK(soft >= 0.85);
+    pairs += pixels;
+    asked += s.hidden ? pixels : 0;
   }
+  const double per_pixel = pairs / (plan.size.x * plan.size.y),
+               asked_per_pixel = asked / (plan.size.x * plan.size.y);
+
+  const auto share_in_window = [&](const Scene& wanted) {
+    const auto wrp = render(device, wanted, RenderOptions{.keep_wrps = true}).wrps.at(0);
+    const int wide = 3 * wrp.nx, margin = wrp.nx;
+    Fields padded(static_cast<std::size_t>(wide) * static_cast<std::size_t>(wide));
+    for (int y = 0; y < wrp.ny; ++y)
+      std::copy_n(wrp.samples.begin() + y * wrp.nx, wrp.nx,
+                  padded.begin() + (y + margin) * wide + margin);
+    raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded),
+                                     "wide field");
+    Propagator propagator(device, {{wide, wide}, plan.pitch_m, plan.wavelength_m, 1.25});
+    propagator.load(field);
+    propagator.add({{0, 0}, z_wrp});
+    propagator.collect(field);
+    const auto arrived = field.read();
+    double within = 0, all = 0;
+    for (const auto& v : padded) all += std::norm(Complex(v));
+    for (int y = margin; y < margin + wrp.ny; ++y)
+      for (int x = margin; x < margin + wrp.nx; ++x)
+        within += std::norm(Complex(arrived[y * wide + x]));
+    return within / all;
+  };
+  const double hard = share_in_window(scene), soft = share_in_window(study({}));
+  CAPTURE(per_pixel, asked_per_pixel, rig.table.count, rig.table.hidden, hard, soft);
+  CHECK(per_pixel <= 30);
+  CHECK(per_pixel > 20);
+  CHECK(asked_per_pixel < 0.6 * per_pixel);
+  CHECK(hard >= 0.85);
+  CHECK(soft >= 0.85);
 }

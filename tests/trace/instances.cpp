@@ -1,21 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/instances.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <glm/gtc/matrix_transform.hpp>
-#include <map>
-#include <utility>
-
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/normal_cones.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/reference/rays.hpp"
 #include "host/trace/device_scene.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;
@@ -75,8 +65,7 @@ std::vector<Corners> corners_in_order(const World& world, dvec3 origin_m, const 
     float* places[] = {corners.a, corners.b, corners.c};
     for (int c = 0; c < 3; ++c) {
       for (int axis = 0; axis < 3; ++axis)
-        places[c][axis] = static_cast<float>(
-            world.positions[static_cast<std::size_t>(vertices[c])][axis] - origin_m[axis]);
+        places[c][axis] = static_cast<float>(world.positions[vertices[c]][axis] - origin_m[axis]);
     }
     all.push_back(corners);
   }
@@ -94,53 +83,60 @@ std::vector<Motion> some_motions(const World& world, int kind) {
 
 }  // namespace
 
-TEST_CASE("rays hit instances at their places in the world, whichever objects move") {
+namespace {
+
+/// Checks rays at moved objects against their triangles, moved one by one. Targets and every other
+/// origin lie within these half sizes of the scene's middle; other rays come from the eye.
+void check_rays(const raywave::cl::Device& device, const Stage& stage,
+                const std::vector<Motion>& motions, Random& random, dvec3 target_m, dvec3 from_m,
+                std::size_t least_instances = 1) {
+  const auto moved = after(stage.world, motions, false), there = after(stage.world, motions, true);
+  const auto plan = make_plan(stage.scene, moved);
+  DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+  arrays.place(moved, plan);
+  REQUIRE(arrays.tree.instances.size() >= least_instances);
+  const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
+  const auto within = [&](dvec3 half) {
+    const double x = uniform(random, -half.x, half.x), y = uniform(random, -half.y, half.y);
+    return dvec3(x, y, uniform(random, -half.z, half.z));
+  };
+  std::vector<reference::Ray> rays;
+  for (int i = 0; i < 600; ++i) {
+    const auto target = within(target_m), from = i % 2 ? within(from_m) : -plan.origin_m;
+    // The oracle gets rays and corners rounded to floats: only the traversal is compared.
+    rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
+  }
+  selftest::RayCaster caster(device, lanes_for(device.info()), std::move(arrays.tree));
+  const auto found = caster.nearest(rays);
+  const auto stopped = caster.occluded(rays);
+  int hits = 0;
+  for (std::size_t i = 0; i < rays.size(); ++i) {
+    const auto exact = reference::nearest_hit(corners, rays[i]);
+    CAPTURE(i, found[i].triangle, found[i].t, exact.triangle, exact.t);
+    hits += exact.triangle >= 0;
+    // Where one of the two misses, the ray must pass an edge within rounding.
+    if ((exact.triangle >= 0) != (found[i].triangle >= 0) ||
+        (exact.triangle >= 0 &&
+         std::abs(found[i].t - exact.t) * glm::length(rays[i].direction) > 2e-9))
+      CHECK(reference::judge(found[i], rays[i], corners).fault == "");
+    CHECK((stopped[i] != 0) == (found[i].triangle >= 0));
+  }
+  CHECK(hits > 100);
+}
+
+}  // namespace
+
+DEVICE_TEST("rays hit instances at their places in the world, whichever objects move") {
   const auto stage = stage_of_three();
-  for (const auto& device : all_devices()) {
-    for (const int kind : {0, 1, 2}) {
-      const auto motions = some_motions(stage.world, kind);
-      const auto moved = after(stage.world, motions, false),
-                 there = after(stage.world, motions, true);
-      const auto plan = make_plan(stage.scene, moved);
-      DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
-      arrays.place(moved, plan);
-      const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
-      Random random(static_cast<unsigned>(kind + 1));
-      std::vector<reference::Ray> rays;
-      for (int i = 0; i < 500; ++i) {
-        const dvec3 target(uniform(random, -0.5e-3, 0.5e-3), uniform(random, -0.5e-3, 0.5e-3),
-                           uniform(random, -1e-3, 1e-3));
-        const auto from = i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), uniform(random, -1e-3, 1e-3),
-                                        uniform(random, -1e-3, 1e-3))
-                                : -plan.origin_m;
-        // The oracle gets rays and corners rounded to floats: only the traversal is compared.
-        rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
-      }
-      int hits = 0;
-      const auto found =
-          selftest::RayCaster(device, lanes_for(device.info()), std::move(arrays.tree))
-              .nearest(rays);
-      for (std::size_t i = 0; i < rays.size(); ++i) {
-        const auto exact = reference::nearest_hit(corners, rays[i]);
-        const double length = glm::length(rays[i].direction);
-        INFO("motions " << kind << ", ray " << i << ": triangle " << found[i].triangle << " at "
-                        << found[i].t << ", exactly " << exact.triangle << " at " << exact.t);
-        if (exact.triangle < 0 || found[i].triangle < 0) {
-          // One of the two misses: the ray must pass an edge within rounding.
-          if (exact.triangle != found[i].triangle)
-            CHECK(reference::judge(found[i], rays[i], corners).fault == "");
-          continue;
-        }
-        ++hits;
-        if (std::abs(found[i].t - exact.t) * length > 2e-9)
-          CHECK(reference::judge(found[i], rays[i], corners).fault == "");
-      }
-      CHECK(hits > 150);
-    }
+  for (const int kind : {0, 1, 2}) {
+    CAPTURE(kind);
+    Random random(static_cast<unsigned>(kind + 1));
+    check_rays(device, stage, some_motions(stage.world, kind), random, {0.5e-3, 0.5e-3, 1e-3},
+               dvec3(1e-3));
   }
 }
 
-TEST_CASE("rays find their way among 37 instances, as among all of their triangles") {
+DEVICE_TEST("rays find their way among 37 instances, as among all of their triangles") {
   Stage stage;
   Random random(11);
   std::vector<Motion> motions;
@@ -153,97 +149,61 @@ TEST_CASE("rays find their way among 37 instances, as among all of their triangl
                        centre, centre + dvec3(0.1e-3, 0, 0.1e-3 * (i % 5)), true});
     if (i == 20) motions.back() = {};
   }
-  const auto moved = after(stage.world, motions, false), there = after(stage.world, motions, true);
-  const auto plan = make_plan(stage.scene, moved);
-  for (const auto& device : all_devices()) {
-    DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
-    arrays.place(moved, plan);
-    REQUIRE(arrays.tree.instances.size() == 37);
-    const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
-    std::vector<reference::Ray> rays;
-    for (int i = 0; i < 600; ++i) {
-      const dvec3 target(uniform(random, -0.7e-3, 0.7e-3), uniform(random, -0.7e-3, 0.7e-3),
-                         uniform(random, -1e-3, 1e-3));
-      const auto from = i % 2 ? dvec3(uniform(random, -1e-3, 1e-3), 0, -1e-3) : -plan.origin_m;
-      rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
-    }
-    selftest::RayCaster caster(device, lanes_for(device.info()), std::move(arrays.tree));
-    const auto found = caster.nearest(rays);
-    const auto stopped = caster.occluded(rays);
-    int hits = 0;
-    for (std::size_t i = 0; i < rays.size(); ++i) {
-      const auto exact = reference::nearest_hit(corners, rays[i]);
-      INFO("ray " << i << ": triangle " << found[i].triangle << " at " << found[i].t << ", exactly "
-                  << exact.triangle << " at " << exact.t);
-      hits += exact.triangle >= 0;
-      if ((exact.triangle >= 0) != (found[i].triangle >= 0) ||
-          (exact.triangle >= 0 &&
-           std::abs(found[i].t - exact.t) * glm::length(rays[i].direction) > 2e-9))
-        CHECK(reference::judge(found[i], rays[i], corners).fault == "");
-      CHECK((stopped[i] != 0) == (found[i].triangle >= 0));
-    }
-    CHECK(hits > 100);
-  }
+  check_rays(device, stage, motions, random, {0.7e-3, 0.7e-3, 1e-3}, {1e-3, 0, 1e-3}, 37);
 }
 
-TEST_CASE("moved instances have the samples of a world built at their places") {
+DEVICE_TEST("moved instances have the samples of a world built at their places") {
   auto stage = stage_of_three();
   stage.scene.sampling.antialias = 4;
   stage.scene.trace.shadows = true;
-  Light lamp;
-  lamp.type = LightType::point;
-  lamp.position_m = {0.5e-3, 0.5e-3, 9e-3};
-  stage.scene.lights = {lamp};
+  stage.scene.lights = {Light{.type = LightType::point, .position_m = {0.5e-3, 0.5e-3, 9e-3}}};
   for (auto& m : stage.scene.materials) m.specular = dvec3(0.5);
-  for (const auto& device : all_devices()) {
-    for (const int kind : {0, 1, 2}) {
-      const auto motions = some_motions(stage.world, kind);
-      const auto moved = after(stage.world, motions, false);
-      auto there = stage;
-      there.world = after(stage.world, motions, true);
-      const Rig fresh(device, there, Method::wrp, false);
+  for (const int kind : {0, 1, 2}) {
+    const auto motions = some_motions(stage.world, kind);
+    const auto moved = after(stage.world, motions, false);
+    auto there = stage;
+    there.world = after(stage.world, motions, true);
+    const Rig fresh(device, there, Method::wrp, false);
 
-      DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
-      arrays.place(moved, fresh.plan);
-      const SampleTable table(device, fresh.plan, arrays, false);
-      const auto samples = table.samples.read();
-      REQUIRE(table.count > 200);
-      // Culled subtrees hold no samples: a search without normal cones finds equal samples, except
-      // at rims whose two sides lie within the gap that merges layers.
-      auto nodes = arrays.tree.nodes.read();
-      REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) {
-        return device::normal_cone_spread(n.left_count) > 0;
-      }));
-      for (auto& n : nodes) {
-        n.left_count = BVH_COUNT(n.left_count);
-        n.right_count = BVH_COUNT(n.right_count);
-      }
-      arrays.tree.nodes.write(nodes);
-      CHECK(std::abs(SampleTable(device, fresh.plan, arrays, false).count - table.count) <= 2);
-      // A ray may pass an edge within rounding.
-      CHECK(std::abs(table.count - fresh.table.count) <= table.count / 200);
-      std::map<std::uint32_t, device::Sample> by_key;
-      for (const auto& s : fresh.samples) by_key[s.key] = s;
-      int alike = 0;
-      double squares = 0;
-      for (int i = 0; i < table.count; ++i) {
-        const auto& s = samples[static_cast<std::size_t>(i)];
-        const auto other = by_key.find(s.key);
-        if (other == by_key.end()) continue;
-        const auto& o = other->second;
-        const bool same = glm::length(place(s) - place(o)) < 5e-9 &&
-                          glm::length(normal(s) - normal(o)) < 1e-5 && s.hidden == o.hidden &&
-                          std::abs(s.radiance - o.radiance) <= 1e-4f * (0.1f + o.radiance) &&
-                          std::abs(s.tilt_x - o.tilt_x) < 1e-2f;
-        alike += same;
-        squares += same ? double(s.z - o.z) * double(s.z - o.z) : 0.0;
-      }
-      const double rms_nm = 1e9 * std::sqrt(squares / std::max(1, alike));
-      INFO("motions " << kind << ": " << alike << " of " << table.count << ", depths off by "
-                      << rms_nm << " nm rms");
-      CHECK(alike >= table.count * 97 / 100);
-      CHECK(rms_nm <= 0.25);  // measured up to 0.12
+    DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+    arrays.place(moved, fresh.plan);
+    const SampleTable table(device, fresh.plan, arrays, false);
+    const auto samples = table.samples.read();
+    REQUIRE(table.count > 200);
+    // Culled subtrees hold no samples: a search without normal cones finds equal samples, except
+    // at rims whose two sides lie within the gap that merges layers.
+    auto nodes = arrays.tree.nodes.read();
+    REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) {
+      return device::normal_cone_spread(n.left_count) > 0;
+    }));
+    for (auto& n : nodes) {
+      n.left_count = BVH_COUNT(n.left_count);
+      n.right_count = BVH_COUNT(n.right_count);
     }
+    arrays.tree.nodes.write(nodes);
+    CHECK(std::abs(SampleTable(device, fresh.plan, arrays, false).count - table.count) <= 2);
+    // A ray may pass an edge within rounding.
+    CHECK(std::abs(table.count - fresh.table.count) <= table.count / 200);
+    std::map<std::uint32_t, device::Sample> by_key;
+    for (const auto& s : fresh.samples) by_key[s.key] = s;
+    int alike = 0;
+    double squares = 0;
+    for (int i = 0; i < table.count; ++i) {
+      const auto& s = samples[i];
+      const auto other = by_key.find(s.key);
+      if (other == by_key.end()) continue;
+      const auto& o = other->second;
+      const bool same = glm::length(place(s) - place(o)) < 5e-9 &&
+                        glm::length(normal(s) - normal(o)) < 1e-5 && s.hidden == o.hidden &&
+                        std::abs(s.radiance - o.radiance) <= 1e-4f * (0.1f + o.radiance) &&
+                        std::abs(s.tilt_x - o.tilt_x) < 1e-2f;
+      alike += same;
+      squares += same ? double(s.z - o.z) * double(s.z - o.z) : 0.0;
+    }
+    const double rms_nm = 1e9 * std::sqrt(squares / std::max(1, alike));
+    CAPTURE(kind, alike, table.count, rms_nm);
+    CHECK(alike >= table.count * 97 / 100);
+    CHECK(rms_nm <= 0.25);  // measured up to 0.12
   }
 }
 
@@ -292,45 +252,43 @@ TEST_CASE(
   CHECK(away >= wanted);
 }
 
-TEST_CASE("culled subtrees hold only inner sides of closed meshes, and most of these") {
+DEVICE_TEST("culled subtrees hold only inner sides of closed meshes, and most of these") {
   const auto stage = stage_of_three();
-  for (const auto& device : all_devices()) {
-    DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
-    const auto nodes = arrays.tree.nodes.read();
-    const auto triangles = arrays.tree.triangles.read();
-    const auto corners = reference::corners_of(arrays.tree);
-    for (const dvec3 eye :
-         {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
-      double inner = 0;
-      auto instance = arrays.tree.instances.read()[0];
-      set_view(instance, dvec3(0), 0.8e-3, eye, 1);
-      const auto inner_side = [&](std::size_t i) {
-        const auto& t = corners[i];
-        const dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
-        return triangles[i].side * glm::dot(glm::cross(b - a, c - a), a - eye) > 0;
+  DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
+  const auto nodes = arrays.tree.nodes.read();
+  const auto triangles = arrays.tree.triangles.read();
+  const auto corners = reference::corners_of(arrays.tree);
+  for (const dvec3 eye :
+       {dvec3(0, 0, -10e-3), dvec3(5e-3, 2e-3, 1e-3), dvec3(-0.1e-3, 9e-3, -8e-3)}) {
+    double inner = 0;
+    auto instance = arrays.tree.instances.read()[0];
+    set_view(instance, dvec3(0), 0.8e-3, eye, 1);
+    const auto inner_side = [&](std::size_t i) {
+      const auto& t = corners[i];
+      const dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]), c(t.c[0], t.c[1], t.c[2]);
+      return triangles[i].side * glm::dot(glm::cross(b - a, c - a), a - eye) > 0;
+    };
+    for (std::size_t i = 0; i < corners.size(); ++i) inner += inner_side(i);
+    double found = 0;
+    // Visits all triangles below a node and counts those in culled subtrees. above: an ancestor
+    // is culled
+    const std::function<void(std::int32_t, bool)> visit = [&](std::int32_t place, bool above) {
+      const auto& n = nodes[place];
+      const auto look_at = [&](const float* min, const float* max, std::int32_t child,
+                               std::int32_t count) {
+        if (min[0] > max[0]) return;
+        const bool away = above || turns_away(count, instance);
+        if (BVH_COUNT(count) == 0) return visit(child, away);
+        for (int i = child; i < child + BVH_COUNT(count); ++i) {
+          if (away) REQUIRE(inner_side(static_cast<std::size_t>(i)));
+          found += away;
+        }
       };
-      for (std::size_t i = 0; i < corners.size(); ++i) inner += inner_side(i);
-      double found = 0;
-      // Visits all triangles below a node and counts those in culled subtrees. above: an ancestor
-      // is culled
-      const std::function<void(std::int32_t, bool)> visit = [&](std::int32_t place, bool above) {
-        const auto& n = nodes[static_cast<std::size_t>(place)];
-        const auto look_at = [&](const float* min, const float* max, std::int32_t child,
-                                 std::int32_t count) {
-          if (min[0] > max[0]) return;
-          const bool away = above || turns_away(count, instance);
-          if (BVH_COUNT(count) == 0) return visit(child, away);
-          for (int i = child; i < child + BVH_COUNT(count); ++i) {
-            if (away) REQUIRE(inner_side(static_cast<std::size_t>(i)));
-            found += away;
-          }
-        };
-        look_at(n.left_min, n.left_max, n.left_child, n.left_count);
-        look_at(n.right_min, n.right_max, n.right_child, n.right_count);
-      };
-      visit(0, false);
-      CHECK(inner > 0.25 * static_cast<double>(corners.size()));
-      CHECK(found > 0.7 * inner);
-    }
+      look_at(n.left_min, n.left_max, n.left_child, n.left_count);
+      look_at(n.right_min, n.right_max, n.right_child, n.right_count);
+    };
+    visit(0, false);
+    CHECK(inner > 0.25 * static_cast<double>(corners.size()));
+    CHECK(found > 0.7 * inner);
   }
 }

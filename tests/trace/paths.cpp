@@ -1,12 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Light from mirrors and through glass as samples (kernels/samples/paths.cl).
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <functional>
 #include <glm/matrix.hpp>
-#include <numbers>
-#include <set>
 
 #include "cl/buffer.hpp"
 #include "host/geometry/world.hpp"
@@ -16,13 +10,8 @@
 #include "host/render.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/view/compare.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/samples.hpp"
-#include "tests/support/scenes.hpp"
-#include "tests/support/worlds.hpp"
 
 using namespace raywave;
 using namespace raywave::test;
@@ -32,18 +21,9 @@ using Complex = std::complex<double>;
 
 namespace {
 
-Material mirror(double reflectivity = 1) {
-  Material m;
-  m.reflectivity = reflectivity;
-  return m;
-}
+Material mirror(double reflectivity = 1) { return Material{.reflectivity = reflectivity}; }
 
-Material glass(double ior) {
-  Material m;
-  m.transparency = 1.0;
-  m.ior = ior;
-  return m;
-}
+Material glass(double ior) { return Material{.transparency = 1.0, .ior = ior}; }
 
 /// 160 x 160 pixels of 8 um; all pixels gather all samples.
 Stage bench(Bounces bounces) {
@@ -66,12 +46,6 @@ void darken_direct(Rig& rig) {
 /// A dark sheet beside the scene, seen edge-on: scenes of the same depth have the same lattice. It
 /// lies where mirrors do not show it before the card.
 Surface sheet_aside() { return rectangle({1.5e-3, 0.9e-3, 20e-3}, {0, 0, 3e-3}, {0, 0.1e-3, 0}); }
-
-Material dark() {
-  Material m;
-  m.ambient = m.diffuse = dvec3(0);
-  return m;
-}
 
 /// The hologram of a rig of Method::points.
 std::vector<std::complex<float>> all_points(const raywave::cl::Device& device, const Rig& rig) {
@@ -140,7 +114,7 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
     if (s.path < 0) continue;
     ++errors.samples;
     const auto v = place(s) + plan.origin_m;
-    const auto& path = paths[static_cast<std::size_t>(s.path)];
+    const auto& path = paths[s.path];
     const auto source = dvec3(path.source[0], path.source[1], path.source[2]) + plan.origin_m;
     const auto face = normal(s);
     const auto chief = reference::solve_path(surfaces, dvec2(0), source, dvec2(v) / v.z);
@@ -177,7 +151,7 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
 
 }  // namespace
 
-TEST_CASE("a plane mirror shows samples where the mirrored scene has them, in the same light") {
+DEVICE_TEST("a plane mirror shows samples where the mirrored scene has them, in the same light") {
   // The mirror z = 20 mm + x / 2 sends rays of the hologram back to a card in front of it, which
   // faces it: its mirror image is a card behind the mirror.
   const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
@@ -189,11 +163,8 @@ TEST_CASE("a plane mirror shows samples where the mirrored scene has them, in th
   for (auto& p : card.positions) p = mirrored(p);
   auto with_mirror = bench(Bounces::points), direct = bench(Bounces::points);
   with_mirror.scene.sampling.antialias = direct.scene.sampling.antialias = 4;
-  Light lamp;
-  lamp.type = LightType::point;
-  lamp.position_m = mirrored({0.2e-3, 0.1e-3, 20.2e-3});
-  Material matt;
-  matt.ambient = dvec3(0.2);
+  Light lamp{.type = LightType::point, .position_m = mirrored({0.2e-3, 0.1e-3, 20.2e-3})};
+  Material matt{.ambient = dvec3(0.2)};
   with_mirror.scene.lights = {lamp};
   lamp.position_m = {0.2e-3, 0.1e-3, 20.2e-3};
   direct.scene.lights = {lamp};
@@ -206,33 +177,31 @@ TEST_CASE("a plane mirror shows samples where the mirrored scene has them, in th
       .add(card, matt)
       .add(sheet_aside(), dark());
   direct.add(image, matt).add(sheet_aside(), dark());
-  for (const auto& device : all_devices()) {
-    const Rig seen(device, with_mirror, Method::points), truth(device, direct, Method::points);
-    std::vector<device::Sample> in_mirror, behind;
-    for (const auto& s : seen.samples) {
-      if (s.path >= 0) in_mirror.push_back(s);
-    }
-    for (const auto& s : truth.samples) {
-      if (truth.object_of(s) == 0) behind.push_back(s);
-    }
-    REQUIRE(in_mirror.size() > 300);
-    REQUIRE(in_mirror.size() == behind.size());
-    double off = 0, light = 0, tilt = 0;
-    int partly = 0;
-    for (std::size_t i = 0; i < behind.size(); ++i) {
-      const auto &a = in_mirror[i], &b = behind[i];
-      off = std::max(off,
-                     glm::length(place(a) + seen.plan.origin_m - place(b) - truth.plan.origin_m));
-      light = std::max(light, std::abs(a.radiance / b.radiance - 1.0));
-      tilt = std::max({tilt, std::abs(a.tilt_x - b.tilt_x + 0.0),
-                       std::abs(a.tilt_y - b.tilt_y + 0.0), std::abs(a.tilt_z - b.tilt_z + 0.0)});
-      partly += b.hidden;
-    }
-    CAPTURE(off, light, tilt, partly);
-    CHECK(off < 100e-9);
-    CHECK(light < 5e-3);
-    CHECK(tilt < 1e-3);
+  const Rig seen(device, with_mirror, Method::points), truth(device, direct, Method::points);
+  std::vector<device::Sample> in_mirror, behind;
+  for (const auto& s : seen.samples) {
+    if (s.path >= 0) in_mirror.push_back(s);
   }
+  for (const auto& s : truth.samples) {
+    if (truth.object_of(s) == 0) behind.push_back(s);
+  }
+  REQUIRE(in_mirror.size() > 300);
+  REQUIRE(in_mirror.size() == behind.size());
+  double off = 0, light = 0, tilt = 0;
+  int partly = 0;
+  for (std::size_t i = 0; i < behind.size(); ++i) {
+    const auto &a = in_mirror[i], &b = behind[i];
+    off =
+        std::max(off, glm::length(place(a) + seen.plan.origin_m - place(b) - truth.plan.origin_m));
+    light = std::max(light, std::abs(a.radiance / b.radiance - 1.0));
+    tilt = std::max({tilt, std::abs(a.tilt_x - b.tilt_x + 0.0), std::abs(a.tilt_y - b.tilt_y + 0.0),
+                     std::abs(a.tilt_z - b.tilt_z + 0.0)});
+    partly += b.hidden;
+  }
+  CAPTURE(off, light, tilt, partly);
+  CHECK(off < 100e-9);
+  CHECK(light < 5e-3);
+  CHECK(tilt < 1e-3);
 }
 
 TEST_CASE("the wave of a plane mirror is that of the mirrored scene") {
@@ -321,24 +290,21 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
       scene.trace.shadows = true;
       scene.materials = {Material{}, mirror(), dark()};
       const auto add = [&](const char* file, int material, double unit_m) {
-        Object object;
-        object.mesh = folder / file;
-        object.unit_m = unit_m;
-        object.anchor = Anchor::origin;
-        object.material = material;
-        object.where = file;
-        scene.objects.push_back(object);
+        scene.objects.push_back(Object{.mesh = folder / file,
+                                       .material = material,
+                                       .where = file,
+                                       .unit_m = unit_m,
+                                       .anchor = Anchor::origin});
       };
       add(with_mirror ? "mirrored.glb" : "direct.glb", 0, 1);
       add("sheet.obj", 2, 1e-6);
       if (with_mirror) add("mirror.obj", 1, 1e-6);
       const auto at = [&](dvec3 p) { return with_mirror ? mirrored(p) : p; };
       const auto along = [&](dvec3 v) { return with_mirror ? turned(v) : v; };
-      Light panel;
-      panel.type = LightType::area;
-      panel.position_m = at({0.5e-3, 0.3e-3, 20.3e-3});
-      panel.edges_m = {along({0.3e-3, 0, 0.1e-3}), along({0, 0.3e-3, 0})};
-      panel.highlights = false;
+      Light panel{.type = LightType::area,
+                  .position_m = at({0.5e-3, 0.3e-3, 20.3e-3}),
+                  .edges_m = {along({0.3e-3, 0, 0.1e-3}), along({0, 0.3e-3, 0})},
+                  .highlights = false};
       Light spot;
       spot.type = LightType::spot;
       spot.position_m = at({-0.2e-3, 0.2e-3, 20.2e-3});
@@ -355,7 +321,7 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
   }
 }
 
-TEST_CASE("fitted paths over a convex mirror, a slab and glass balls are those that are solved") {
+DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those that are solved") {
   struct Case {
     const char* name;
     double most;
@@ -409,15 +375,13 @@ TEST_CASE("fitted paths over a convex mirror, a slab and glass balls are those t
   for (auto& c : cases) {
     CAPTURE(c.name);
     c.stage.scene.trace.depth = static_cast<int>(c.surfaces.size());
-    for (const auto& device : all_devices()) {
-      Rig rig(device, c.stage, Method::points, false);
-      darken_direct(rig);
-      const auto errors = errors_of(rig, all_points(device, rig), c.surfaces);
-      CAPTURE(errors.field, errors.samples, errors.unsolved);
-      CHECK(errors.samples > 50);
-      CHECK(errors.unsolved == 0);
-      CHECK(errors.field < c.most);
-    }
+    Rig rig(device, c.stage, Method::points, false);
+    darken_direct(rig);
+    const auto errors = errors_of(rig, all_points(device, rig), c.surfaces);
+    CAPTURE(errors.field, errors.samples, errors.unsolved);
+    CHECK(errors.samples > 50);
+    CHECK(errors.unsolved == 0);
+    CHECK(errors.field < c.most);
   }
 }
 
@@ -453,11 +417,9 @@ Prism prism(double ior) {
   Material m = glass(1);
   // Between 450 and 650 nm
   m.ior.table = {{450e-9, 1.53}, {650e-9, 1.51}};
-  const double mm = 1e-3;
   const auto front = [&](double x) { return 15 * mm - 0.15 * x; };
   const auto back = [&](double x) { return 16 * mm + 0.15 * x; };
-  Surface wedge;
-  wedge.closed = true;
+  Surface wedge{.closed = true};
   std::vector<dvec3> corners;
   for (const double x : {-2 * mm, 2 * mm}) {
     for (const double y : {-2 * mm, 2 * mm}) {
@@ -467,7 +429,7 @@ Prism prism(double ior) {
   }
   // Corner 4 a + 2 b + c: a right, b top, c back
   const auto quad = [&](int a, int b, int c, int d) {
-    const auto at = [&](int i) { return corners[static_cast<std::size_t>(i)]; };
+    const auto at = [&](int i) { return corners[i]; };
     wedge.triangle(at(a), at(b), at(c));
     wedge.triangle(at(a), at(c), at(d));
   };
@@ -486,64 +448,60 @@ Prism prism(double ior) {
 
 }  // namespace
 
-TEST_CASE("glass passes what Fresnel's formulas and its attenuation leave") {
+DEVICE_TEST("glass passes what Fresnel's formulas and its attenuation leave") {
   auto clear = glass(1.5), grey = glass(1.5);
   grey.attenuation = 0.5;
   grey.attenuation_distance_m = 2e-3;
-  for (const auto& device : all_devices()) {
-    for (const auto& material : {clear, grey}) {
-      const Rig rig(device, slab_and_card(material), Method::points, false);
-      const double left = material.attenuation.at(638e-9);
-      double off = 0, off_twice = 0;
-      int once = 0, twice = 0;
-      for (std::size_t cell = 0; cell < cells(rig); ++cell) {
-        const auto t = tangents(rig, cell);
-        // Rays that are as steep as those of the hologram's pixels or less
-        const double cosine = 1 / std::sqrt(1 + glm::dot(t, t)),
-                     inside = std::sqrt(1 - (1 - cosine * cosine) / (1.5 * 1.5)),
-                     passes = let_through(cosine, 1.5), on_the_way = std::pow(left, 1 / inside);
-        std::vector<double> seen;
-        for (const auto& s : samples_of(rig, cell)) {
-          if (s.path >= 0) seen.push_back(s.radiance);
-        }
-        if (seen.empty()) continue;
-        std::sort(seen.rbegin(), seen.rend());
-        off = std::max(off, std::abs(seen[0] / (passes * passes * on_the_way) - 1));
-        ++once;
-        const double reflected = std::pow((1 - passes) * on_the_way, 2) * seen[0];
-        if (seen.size() < 2) continue;
-        off_twice = std::max(off_twice, std::abs(seen[1] / reflected - 1));
-        ++twice;
+  for (const auto& material : {clear, grey}) {
+    const Rig rig(device, slab_and_card(material), Method::points, false);
+    const double left = material.attenuation.at(638e-9);
+    double off = 0, off_twice = 0;
+    int once = 0, twice = 0;
+    for (std::size_t cell = 0; cell < cells(rig); ++cell) {
+      const auto t = tangents(rig, cell);
+      // Rays that are as steep as those of the hologram's pixels or less
+      const double cosine = 1 / std::sqrt(1 + glm::dot(t, t)),
+                   inside = std::sqrt(1 - (1 - cosine * cosine) / (1.5 * 1.5)),
+                   passes = let_through(cosine, 1.5), on_the_way = std::pow(left, 1 / inside);
+      std::vector<double> seen;
+      for (const auto& s : samples_of(rig, cell)) {
+        if (s.path >= 0) seen.push_back(s.radiance);
       }
-      CAPTURE(left, once, twice, off, off_twice);
-      CHECK(once > 300);
-      CHECK(off < 1e-5);
-      // A path that carries less than a thousandth of the light ends
-      CHECK((left < 1 ? twice == 0 : twice > 200));
-      CHECK(off_twice < 1e-4);
+      if (seen.empty()) continue;
+      std::sort(seen.rbegin(), seen.rend());
+      off = std::max(off, std::abs(seen[0] / (passes * passes * on_the_way) - 1));
+      ++once;
+      const double reflected = std::pow((1 - passes) * on_the_way, 2) * seen[0];
+      if (seen.size() < 2) continue;
+      off_twice = std::max(off_twice, std::abs(seen[1] / reflected - 1));
+      ++twice;
     }
+    CAPTURE(left, once, twice, off, off_twice);
+    CHECK(once > 300);
+    CHECK(off < 1e-5);
+    // A path that carries less than a thousandth of the light ends
+    CHECK((left < 1 ? twice == 0 : twice > 200));
+    CHECK(off_twice < 1e-4);
   }
 }
 
-TEST_CASE("a slab brings what lies behind it nearer by its thickness times 1 - 1/n") {
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, slab_and_card(glass(1.5)), Method::points, false);
-    int count = 0;
-    double off = 0;
-    for (const auto& s : rig.samples) {
-      const auto v = place(s) + rig.plan.origin_m;
-      const auto t = dvec2(v) / v.z;
-      if (s.path < 0 || s.radiance < 0.5 || glm::length(t) > 4e-3) continue;
-      ++count;
-      off = std::max(off, std::abs(v.z - (19e-3 - 2e-3 * (1 - 1 / 1.5))));
-    }
-    CAPTURE(count, off);
-    CHECK(count > 10);
-    CHECK(off < 0.2e-6);  // the square of the angle times the thickness is left
+DEVICE_TEST("a slab brings what lies behind it nearer by its thickness times 1 - 1/n") {
+  const Rig rig(device, slab_and_card(glass(1.5)), Method::points, false);
+  int count = 0;
+  double off = 0;
+  for (const auto& s : rig.samples) {
+    const auto v = place(s) + rig.plan.origin_m;
+    const auto t = dvec2(v) / v.z;
+    if (s.path < 0 || s.radiance < 0.5 || glm::length(t) > 4e-3) continue;
+    ++count;
+    off = std::max(off, std::abs(v.z - (19e-3 - 2e-3 * (1 - 1 / 1.5))));
   }
+  CAPTURE(count, off);
+  CHECK(count > 10);
+  CHECK(off < 0.2e-6);  // the square of the angle times the thickness is left
 }
 
-TEST_CASE("a glass ball focuses as a thick lens does") {
+DEVICE_TEST("a glass ball focuses as a thick lens does") {
   // f = n R / (2 (n - 1)) from the centre; a card at 4 R comes to 1 / (1 / f - 1 / 4 R) before it
   const double radius = 1e-3, ior = 1.5, f = ior * radius / (2 * (ior - 1)),
                image = 1 / (1 / f - 1 / (4 * radius));
@@ -552,25 +510,23 @@ TEST_CASE("a glass ball focuses as a thick lens does") {
   const dvec3 centre(0, 0, 17e-3);
   stage.add(sphere(centre, radius, 160), glass(ior))
       .add(rectangle(centre + dvec3(0, 0, 4 * radius), {0.1e-3, 0, 0}, {0, 0.1e-3, 0}), glowing());
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage, Method::points, false);
-    int count = 0;
-    double sum = 0;
-    for (const auto& s : rig.samples) {
-      const auto v = place(s) + rig.plan.origin_m;
-      if (s.path < 0 || s.radiance < 0.5 || glm::length(dvec2(v)) > 60e-6) continue;
-      ++count;
-      sum += v.z;
-    }
-    CAPTURE(count, sum / count, centre.z - image);
-    CHECK(count > 8);
-    // A depth of focus: wavelength over the square of the hologram's angle
-    const double angle = 160 * 8e-6 / (centre.z - image);
-    CHECK(std::abs(sum / count - (centre.z - image)) < 638e-9 / (angle * angle));
+  const Rig rig(device, stage, Method::points, false);
+  int count = 0;
+  double sum = 0;
+  for (const auto& s : rig.samples) {
+    const auto v = place(s) + rig.plan.origin_m;
+    if (s.path < 0 || s.radiance < 0.5 || glm::length(dvec2(v)) > 60e-6) continue;
+    ++count;
+    sum += v.z;
   }
+  CAPTURE(count, sum / count, centre.z - image);
+  CHECK(count > 8);
+  // A depth of focus: wavelength over the square of the hologram's angle
+  const double angle = 160 * 8e-6 / (centre.z - image);
+  CHECK(std::abs(sum / count - (centre.z - image)) < 638e-9 / (angle * angle));
 }
 
-TEST_CASE("a prism turns light by the index of refraction that it has at the wavelength") {
+DEVICE_TEST("a prism turns light by the index of refraction that it has at the wavelength") {
   const double low = 1 / (450e-9 * 450e-9), high = 1 / (650e-9 * 650e-9);
   std::vector<double> turned;
   for (const double wavelength : {450e-9, 520e-9, 650e-9}) {
@@ -579,30 +535,28 @@ TEST_CASE("a prism turns light by the index of refraction that it has at the wav
                  ior = 1.51 + b * (1 / (wavelength * wavelength) - high);
     auto [stage, surfaces] = prism(ior);
     stage.scene.hologram.wavelength_m = wavelength;
-    for (const auto& device : all_devices()) {
-      const Rig rig(device, stage, Method::points, false);
-      const auto paths = rig.table.paths.read();
-      double off = 0;
-      int count = 0;
-      for (const auto& s : rig.samples) {
-        if (s.path < 0 || s.radiance < 0.5) continue;
-        const auto v = place(s) + rig.plan.origin_m;
-        const auto& path = paths[static_cast<std::size_t>(s.path)];
-        const auto source = dvec3(path.source[0], path.source[1], path.source[2]);
-        const auto solved =
-            reference::solve_path(surfaces, dvec2(0), source + rig.plan.origin_m, dvec2(v) / v.z);
-        REQUIRE(solved);
-        off = std::max(off, glm::length(solved->tangents - dvec2(v) / v.z));
-        ++count;
-      }
-      CAPTURE(wavelength, off, count);
-      CHECK(count > 200);
-      CHECK(off < 1e-7);
+    const Rig rig(device, stage, Method::points, false);
+    const auto paths = rig.table.paths.read();
+    double off = 0;
+    int count = 0;
+    for (const auto& s : rig.samples) {
+      if (s.path < 0 || s.radiance < 0.5) continue;
+      const auto v = place(s) + rig.plan.origin_m;
+      const auto& path = paths[s.path];
+      const auto source = dvec3(path.source[0], path.source[1], path.source[2]);
+      const auto solved =
+          reference::solve_path(surfaces, dvec2(0), source + rig.plan.origin_m, dvec2(v) / v.z);
+      REQUIRE(solved);
+      off = std::max(off, glm::length(solved->tangents - dvec2(v) / v.z));
+      ++count;
     }
+    CAPTURE(wavelength, off, count);
+    CHECK(count > 200);
+    CHECK(off < 1e-7);
   }
 }
 
-TEST_CASE("parts of the hologram see a sample in a mirror where mirror and view are free") {
+DEVICE_TEST("parts of the hologram see a sample in a mirror where mirror and view are free") {
   // A small mirror, and a sheet between it and the card
   const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
   const auto mirrored = [&](dvec3 p) { return p - 2 * glm::dot(p - middle, n) * n; };
@@ -622,67 +576,65 @@ TEST_CASE("parts of the hologram see a sample in a mirror where mirror and view 
            mirror())
       .add(card, glowing())
       .add(sheet, dark());
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage, Method::points, false);
-    const int parts = rig.table.visibility_parts;
-    const auto half =
-        dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
-    int wrong = 0, seen = 0, blind = 0, unsure = 0, count = 0;
-    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-      const auto& s = rig.samples[i];
-      if (s.path < 0 || rig.object_of(s) != 1) continue;
-      ++count;
-      const auto v = place(s) + rig.plan.origin_m;
-      // 1: seen, 0: not, -1: an edge passes closer than the virtual point's rounding
-      const auto truth = [&](int part_x, int part_y) {
-        const dvec3 from((dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0, 0);
-        const auto u = from * dvec3(half, 0);
-        const auto at = [&](double z) { return dvec2(u + (v - u) * (z / v.z)); };
-        // Where the ray meets the mirror z = 20 mm + x / 2
-        const double x0 = u.x, slope = (v.x - u.x) / v.z, z = (middle.z + x0 / 2) / (1 - slope / 2);
-        const auto on_mirror = at(z), on_sheet = at(21e-3);
-        const double margin = 0.3e-6;
-        const auto near = [&](double p, double edge) { return std::abs(p - edge) < margin; };
-        if (near(std::abs(on_mirror.x), half_mirror.x) ||
-            near(std::abs(on_mirror.y), half_mirror.y) ||
-            near(std::abs(on_sheet.x - 0.1e-3), 0.0973e-3) ||
-            near(std::abs(on_sheet.y - 0.1e-3), 0.1231e-3))
-          return -1;
-        return std::abs(on_mirror.x) < half_mirror.x && std::abs(on_mirror.y) < half_mirror.y &&
-                       !in_sheet(on_sheet)
-                   ? 1
-                   : 0;
-      };
-      // Sixteen parts decide for all where they agree (kernels/samples/visibility.h)
-      int free = 0, doubtful = 0;
-      for (int a = 0; a < 4; ++a) {
-        for (int b = 0; b < 4; ++b) {
-          const int sees = truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
-          free += sees == 1;
-          doubtful += sees < 0;
-        }
-      }
-      unsure += doubtful > 0;
-      if (doubtful > 0) continue;
-      for (int part = 0; part < parts * parts; ++part) {
-        const int sees = free == 0 || free == 16 ? free / 16 : truth(part % parts, part / parts);
-        if (sees < 0) continue;
-        const bool said = rig.sees(i, part % parts, part / parts);
-        wrong += said != (sees == 1);
-        seen += said;
-        blind += !said;
+  const Rig rig(device, stage, Method::points, false);
+  const int parts = rig.table.visibility_parts;
+  const auto half =
+      dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
+  int wrong = 0, seen = 0, blind = 0, unsure = 0, count = 0;
+  for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+    const auto& s = rig.samples[i];
+    if (s.path < 0 || rig.object_of(s) != 1) continue;
+    ++count;
+    const auto v = place(s) + rig.plan.origin_m;
+    // 1: seen, 0: not, -1: an edge passes closer than the virtual point's rounding
+    const auto truth = [&](int part_x, int part_y) {
+      const dvec3 from((dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0, 0);
+      const auto u = from * dvec3(half, 0);
+      const auto at = [&](double z) { return dvec2(u + (v - u) * (z / v.z)); };
+      // Where the ray meets the mirror z = 20 mm + x / 2
+      const double x0 = u.x, slope = (v.x - u.x) / v.z, z = (middle.z + x0 / 2) / (1 - slope / 2);
+      const auto on_mirror = at(z), on_sheet = at(21e-3);
+      const double margin = 0.3e-6;
+      const auto near = [&](double p, double edge) { return std::abs(p - edge) < margin; };
+      if (near(std::abs(on_mirror.x), half_mirror.x) ||
+          near(std::abs(on_mirror.y), half_mirror.y) ||
+          near(std::abs(on_sheet.x - 0.1e-3), 0.0973e-3) ||
+          near(std::abs(on_sheet.y - 0.1e-3), 0.1231e-3))
+        return -1;
+      return std::abs(on_mirror.x) < half_mirror.x && std::abs(on_mirror.y) < half_mirror.y &&
+                     !in_sheet(on_sheet)
+                 ? 1
+                 : 0;
+    };
+    // Sixteen parts decide for all where they agree (kernels/samples/visibility.h)
+    int free = 0, doubtful = 0;
+    for (int a = 0; a < 4; ++a) {
+      for (int b = 0; b < 4; ++b) {
+        const int sees = truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
+        free += sees == 1;
+        doubtful += sees < 0;
       }
     }
-    CAPTURE(count, unsure, seen, blind);
-    CHECK(wrong == 0);
-    CHECK(count > 200);
-    CHECK(unsure < count / 10);
-    CHECK(seen > 3000);
-    CHECK(blind > 1000);
+    unsure += doubtful > 0;
+    if (doubtful > 0) continue;
+    for (int part = 0; part < parts * parts; ++part) {
+      const int sees = free == 0 || free == 16 ? free / 16 : truth(part % parts, part / parts);
+      if (sees < 0) continue;
+      const bool said = rig.sees(i, part % parts, part / parts);
+      wrong += said != (sees == 1);
+      seen += said;
+      blind += !said;
+    }
   }
+  CAPTURE(count, unsure, seen, blind);
+  CHECK(wrong == 0);
+  CHECK(count > 200);
+  CHECK(unsure < count / 10);
+  CHECK(seen > 3000);
+  CHECK(blind > 1000);
 }
 
-TEST_CASE("virtual planes carry light from mirrors and glass as all points do", "[slow]") {
+DEVICE_TEST("virtual planes carry light from mirrors and glass as all points do", "[slow]") {
   for (const auto bounces : {Bounces::points, Bounces::paths}) {
     for (const glm::ivec2 tiles : {glm::ivec2(1, 1), glm::ivec2(2, 1)}) {
       auto stage = bench(bounces);
@@ -695,17 +647,14 @@ TEST_CASE("virtual planes carry light from mirrors and glass as all points do", 
       const dvec3 centre(0.1e-3, 0, 17e-3);
       stage.add(sphere(centre, 1e-3, 100), glass(1.5))
           .add(rectangle(centre + dvec3(0, 0, 3e-3), {0.15e-3, 0, 0}, {0, 0.15e-3, 0}), glowing());
-      RenderOptions points;
-      points.method = Method::points;
-      for (const auto& device : all_devices()) {
-        const auto planes = render(device, stage.scene, stage.world),
-                   all = render(device, stage.scene, stage.world, points);
-        const auto compared = compare_fields(all.field, planes.field);
-        CAPTURE(name_of(bounces), tiles.x, compared.error, compared.correlation,
-                planes.plan.compact->error());
-        CHECK(planes.plan.compact);
-        CHECK(compared.error < 0.05);
-      }
+      const RenderOptions points{.method = Method::points};
+      const auto planes = render(device, stage.scene, stage.world),
+                 all = render(device, stage.scene, stage.world, points);
+      const auto compared = compare_fields(all.field, planes.field);
+      CAPTURE(name_of(bounces), tiles.x, compared.error, compared.correlation,
+              planes.plan.compact->error());
+      CHECK(planes.plan.compact);
+      CHECK(compared.error < 0.05);
     }
   }
 }

@@ -1,52 +1,42 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What samples show: the parts of the window that see them, and their light.
-#include <algorithm>
-#include <cmath>
-
-#include "tests/support/catch.hpp"
-#include "tests/support/devices.hpp"
 #include "tests/support/samples.hpp"
-#include "tests/support/worlds.hpp"
 
 using namespace raywave;
 using namespace raywave::test;
 using glm::dvec2;
 using glm::dvec3;
 
-TEST_CASE("small objects far from the hologram keep their samples and do not hide themselves") {
+DEVICE_TEST("small objects far from the hologram keep their samples and do not hide themselves") {
   for (const double z : {0.1, 1.0, 10.0}) {
     CAPTURE(z);
     Stage stage;
     stage.scene.sampling.pitch_m = 20e-6;
     stage.add(rectangle({0, 0, z}, {0.2e-3, 0, 0.05e-3}, {0, 0.2e-3, 0}))
         .add(sphere({0.5e-3, 0, z}, 0.2e-3, 60));
-    Light lamp;
-    lamp.direction = {0.1, 0.2, 1};
-    stage.scene.lights = {lamp};
+    stage.scene.lights = {Light{.direction = {0.1, 0.2, 1}}};
     stage.scene.trace.shadows = true;
-    for (const auto& device : all_devices()) {
-      const Rig rig(device, stage);
-      int plane = 0, plane_lit = 0, plane_hidden = 0;
-      double off = 0;
-      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const auto& s = rig.samples[i];
-        if (rig.object_of(s) != 0) continue;
-        const auto p = place(s) + rig.plan.origin_m;
-        off = std::max(off, std::abs(p.z - z - p.x / 4));
-        ++plane;
-        plane_lit += rig.lit[i] & 1u;
-        plane_hidden += s.hidden;
-      }
-      CAPTURE(off);
-      CHECK(plane == Catch::Approx(400).margin(45));
-      CHECK(plane_lit == plane);
-      CHECK(plane_hidden == 0);
-      CHECK(off < 2e-10);
+    const Rig rig(device, stage);
+    int plane = 0, plane_lit = 0, plane_hidden = 0;
+    double off = 0;
+    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+      const auto& s = rig.samples[i];
+      if (rig.object_of(s) != 0) continue;
+      const auto p = place(s) + rig.plan.origin_m;
+      off = std::max(off, std::abs(p.z - z - p.x / 4));
+      ++plane;
+      plane_lit += rig.lit[i] & 1u;
+      plane_hidden += s.hidden;
     }
+    CAPTURE(off);
+    CHECK(plane == Catch::Approx(400).margin(45));
+    CHECK(plane_lit == plane);
+    CHECK(plane_hidden == 0);
+    CHECK(off < 2e-10);
   }
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "a sample is hidden from a part of the hologram exactly when an object lies between, and "
     "samples hidden from all parts are left out") {
   Random random(11);
@@ -69,85 +59,80 @@ TEST_CASE(
   }
   for (auto& stage : stages) stage.scene.sampling.pitch_m = 50e-6;
   // The mask of every sample is compared with rays of the oracle to the centres of all parts.
-  for (const auto& device : all_devices()) {
-    for (const auto& stage : stages) {
-      const Rig rig(device, stage);
-      const auto half =
-          dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
-      const int parts = rig.table.visibility_parts;
-      int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
-      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const auto& s = rig.samples[i];
-        const auto truth = [&](int part_x, int part_y) {
-          const dvec2 at = (dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0;
-          return free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
-                           hologram_centre(rig) + dvec3(at * half, 0));
-        };
-        // Kernels test sixteen parts first; when these agree, they decide for all parts. Parts of a
-        // group of four lie in different rows and columns.
-        int free = 0, unsure = 0;
-        for (int a = 0; a < 4; ++a) {
-          for (int b = 0; b < 4; ++b) {
-            const auto seen_there =
-                truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
-            free += seen_there == Seen::yes;
-            unsure += seen_there == Seen::unsure;
-          }
+  for (const auto& stage : stages) {
+    const Rig rig(device, stage);
+    const auto half =
+        dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
+    const int parts = rig.table.visibility_parts;
+    int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
+    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+      const auto& s = rig.samples[i];
+      const auto truth = [&](int part_x, int part_y) {
+        const dvec2 at = (dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0;
+        return free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
+                         hologram_centre(rig) + dvec3(at * half, 0));
+      };
+      // Kernels test sixteen parts first; when these agree, they decide for all parts. Parts of a
+      // group of four lie in different rows and columns.
+      int free = 0, unsure = 0;
+      for (int a = 0; a < 4; ++a) {
+        for (int b = 0; b < 4; ++b) {
+          const auto seen_there =
+              truth(parts / 4 * a + b % (parts / 4), parts / 4 * b + a % (parts / 4));
+          free += seen_there == Seen::yes;
+          unsure += seen_there == Seen::unsure;
         }
-        int seen_parts = 0;
-        for (int part = 0; part < parts * parts; ++part) {
-          const auto seen_there = free == 0 || free == 16 ? (free == 0 ? Seen::no : Seen::yes)
-                                                          : truth(part % parts, part / parts);
-          const bool said = rig.sees(i, part % parts, part / parts);
-          wrong += unsure == 0 && seen_there != Seen::unsure && said != (seen_there == Seen::yes);
-          seen_parts += said;
-        }
-        seen += seen_parts;
-        blind += parts * parts - seen_parts;
-        wrong += s.hidden != (seen_parts < parts * parts);
-        hidden += s.hidden != 0;
-        unseen += seen_parts == 0;
       }
-      INFO("samples " << rig.samples.size() << ", hidden from a part " << hidden << ", from all "
-                      << unseen);
-      CHECK(wrong == 0);
-      CHECK(rig.table.hidden == hidden);
-      CHECK(seen > 3000);
-      CHECK(blind > 1000);
-      CHECK(hidden > unseen);
-      CHECK(unseen > 0);
-      CHECK(SampleTable(device, rig.plan, rig.arrays).count == rig.table.count - unseen);
+      int seen_parts = 0;
+      for (int part = 0; part < parts * parts; ++part) {
+        const auto seen_there = free == 0 || free == 16 ? (free == 0 ? Seen::no : Seen::yes)
+                                                        : truth(part % parts, part / parts);
+        const bool said = rig.sees(i, part % parts, part / parts);
+        wrong += unsure == 0 && seen_there != Seen::unsure && said != (seen_there == Seen::yes);
+        seen_parts += said;
+      }
+      seen += seen_parts;
+      blind += parts * parts - seen_parts;
+      wrong += s.hidden != (seen_parts < parts * parts);
+      hidden += s.hidden != 0;
+      unseen += seen_parts == 0;
     }
+    CAPTURE(rig.samples.size(), hidden, unseen);
+    CHECK(wrong == 0);
+    CHECK(rig.table.hidden == hidden);
+    CHECK(seen > 3000);
+    CHECK(blind > 1000);
+    CHECK(hidden > unseen);
+    CHECK(unseen > 0);
+    CHECK(SampleTable(device, rig.plan, rig.arrays).count == rig.table.count - unseen);
   }
 }
 
-TEST_CASE("only the silhouette of a single sphere has hidden samples") {
+DEVICE_TEST("only the silhouette of a single sphere has hidden samples") {
   Stage stage;
   const dvec3 middle(0, 0, 19e-3);
   stage.add(sphere(middle, 0.45e-3, 100));
   stage.scene.hologram.pitch_m = {40e-6, 40e-6};
-  for (const auto& device : all_devices()) {
-    const Rig rig(device, stage);
-    const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.cone_half_width;
-    int wrong = 0;
-    for (const auto& s : rig.samples) {
-      // Samples that all corners of the window see at more than 1.8 degrees must not be hidden; the
-      // triangles are tilted against the sphere by 0.9 degrees.
-      const auto p = place(s) + rig.plan.origin_m;
-      double least = 1;
-      for (const double x : {-half.x, half.x})
-        for (const double y : {-half.y, half.y})
-          least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
-      wrong += s.hidden && least > std::sin(1.8 * std::numbers::pi / 180);
-    }
-    INFO("called hidden " << rig.table.hidden << " of " << rig.samples.size());
-    CHECK(wrong == 0);
-    CHECK(rig.table.hidden < 0.15 * static_cast<double>(rig.samples.size()));
-    CHECK(rig.table.hidden > 0);
+  const Rig rig(device, stage);
+  const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.cone_half_width;
+  int wrong = 0;
+  for (const auto& s : rig.samples) {
+    // Samples that all corners of the window see at more than 1.8 degrees must not be hidden; the
+    // triangles are tilted against the sphere by 0.9 degrees.
+    const auto p = place(s) + rig.plan.origin_m;
+    double least = 1;
+    for (const double x : {-half.x, half.x})
+      for (const double y : {-half.y, half.y})
+        least = std::min(least, dot(normalize(dvec3(x, y, 0) - p), (p - middle) / 0.45e-3));
+    wrong += s.hidden && least > std::sin(1.8 * std::numbers::pi / 180);
   }
+  INFO("called hidden " << rig.table.hidden << " of " << rig.samples.size());
+  CHECK(wrong == 0);
+  CHECK(rig.table.hidden < 0.15 * static_cast<double>(rig.samples.size()));
+  CHECK(rig.table.hidden > 0);
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "radiance and lights of samples match Phong's model in double precision, with shadows and 40 "
     "lights",
     "[slow]") {
@@ -167,8 +152,7 @@ TEST_CASE(
   ambient.intensity = 0.7;
   stage.scene.lights = {ambient};
   for (int i = 0; i < 40; ++i) {
-    Light l;
-    l.intensity = uniform(random, 0.01, 0.1);
+    Light l{.intensity = uniform(random, 0.01, 0.1)};
     const double x = uniform(random, -1, 1), y = uniform(random, -1, 1);
     if (i % 2) {
       l.type = LightType::point;
@@ -182,48 +166,46 @@ TEST_CASE(
   for (const bool shadows : {false, true}) {
     CAPTURE(shadows);
     stage.scene.trace.shadows = shadows;
-    for (const auto& device : all_devices()) {
-      const Rig rig(device, stage);
-      REQUIRE(rig.arrays.light_words() == 2);
-      int unsure = 0, wrong_bits = 0, lit_low = 0, lit_high = 0, shadowed = 0;
-      double error = 0;
-      for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-        const auto& s = rig.samples[i];
-        const bool on_plane = rig.object_of(s) == 1;
-        const double own = on_plane ? 1 - 0.25 - 0.35 : 1;
-        double radiance = 0.2 * 0.7;
-        for (int l = 0; l < 40; ++l) {
-          const auto& light = stage.scene.lights[static_cast<std::size_t>(l + 1)];
-          const auto way = light.type == LightType::point
-                               ? light.position_m - rig.plan.origin_m - place(s)
-                               : -normalize(light.direction) * 0.1;
-          const double facing = dot(normalize(way), normal(s));
-          bool lit = facing > 0;
-          bool undecided = std::abs(facing) < 1e-5;
-          if (shadows && lit) {
-            const auto way_is =
-                free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
-            undecided |= way_is == Seen::unsure;
-            shadowed += way_is == Seen::no;
-            lit = way_is == Seen::yes;
-          }
-          const bool bit = rig.lit[2 * i + static_cast<std::size_t>(l / 32)] >> (l % 32) & 1u;
-          wrong_bits += bit != lit && !undecided;
-          unsure += undecided;
-          if (undecided) lit = bit;
-          (l < 32 ? lit_low : lit_high) += lit;
-          if (lit) radiance += 0.6 * facing * light.intensity;
+    const Rig rig(device, stage);
+    REQUIRE(rig.arrays.light_words() == 2);
+    int unsure = 0, wrong_bits = 0, lit_low = 0, lit_high = 0, shadowed = 0;
+    double error = 0;
+    for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+      const auto& s = rig.samples[i];
+      const bool on_plane = rig.object_of(s) == 1;
+      const double own = on_plane ? 1 - 0.25 - 0.35 : 1;
+      double radiance = 0.2 * 0.7;
+      for (int l = 0; l < 40; ++l) {
+        const auto& light = stage.scene.lights[l + 1];
+        const auto way = light.type == LightType::point
+                             ? light.position_m - rig.plan.origin_m - place(s)
+                             : -normalize(light.direction) * 0.1;
+        const double facing = dot(normalize(way), normal(s));
+        bool lit = facing > 0;
+        bool undecided = std::abs(facing) < 1e-5;
+        if (shadows && lit) {
+          const auto way_is =
+              free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m, place(s) + way);
+          undecided |= way_is == Seen::unsure;
+          shadowed += way_is == Seen::no;
+          lit = way_is == Seen::yes;
         }
-        error = std::max(error, std::abs(s.radiance - radiance * own));
-        if (on_plane) CHECK(s.specular == Catch::Approx(0.5 * own));
+        const bool bit = rig.lit[2 * i + static_cast<std::size_t>(l / 32)] >> (l % 32) & 1u;
+        wrong_bits += bit != lit && !undecided;
+        unsure += undecided;
+        if (undecided) lit = bit;
+        (l < 32 ? lit_low : lit_high) += lit;
+        if (lit) radiance += 0.6 * facing * light.intensity;
       }
-      CAPTURE(unsure, rig.samples.size(), shadowed, error);
-      CHECK(unsure < 0.1 * 40 * static_cast<double>(rig.samples.size()));
-      CHECK(wrong_bits == 0);
-      CHECK(lit_low > 1000);
-      CHECK(lit_high > 300);
-      CHECK((shadowed > 1000) == shadows);
-      CHECK(error < 2e-6);
+      error = std::max(error, std::abs(s.radiance - radiance * own));
+      if (on_plane) CHECK(s.specular == Catch::Approx(0.5 * own));
     }
+    CAPTURE(unsure, rig.samples.size(), shadowed, error);
+    CHECK(unsure < 0.1 * 40 * static_cast<double>(rig.samples.size()));
+    CHECK(wrong_bits == 0);
+    CHECK(lit_low > 1000);
+    CHECK(lit_high > 300);
+    CHECK((shadowed > 1000) == shadows);
+    CHECK(error < 2e-6);
   }
 }

@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/view/colour_picture.hpp"
-
 #include <cmath>
-#include <vector>
 
 #include "host/common/error.hpp"
+#include "host/view/colour_picture.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 
@@ -15,10 +13,9 @@ namespace {
 RgbPicture filled(int width, int height, glm::dvec3 colour) {
   RgbPicture picture;
   for (int c = 0; c < 3; ++c)
-    picture.channels[static_cast<std::size_t>(c)] = {
-        width, height,
-        std::vector<float>(static_cast<std::size_t>(width * height),
-                           static_cast<float>(colour[c]))};
+    picture.channels[c] = {width, height,
+                           std::vector<float>(static_cast<std::size_t>(width * height),
+                                              static_cast<float>(colour[c]))};
   return picture;
 }
 
@@ -74,8 +71,7 @@ TEST_CASE("a factor of the brightness is no difference of colours, another hue i
   const double expected = delta_e_2000(lab_of(xyz * colour, white), lab_of(xyz * other, white));
   auto c = a;
   for (std::size_t i = 0; i < 48; ++i)  // two of 20 rows
-    for (int k = 0; k < 3; ++k)
-      c.channels[static_cast<std::size_t>(k)].pixels[i] = static_cast<float>(other[k]);
+    for (int k = 0; k < 3; ++k) c.channels[k].pixels[i] = static_cast<float>(other[k]);
   const auto found = compare_colours(a, c);
   CHECK(found.median < 1e-3);
   CHECK(found.most == Catch::Approx(expected).epsilon(1e-3));
@@ -83,7 +79,5 @@ TEST_CASE("a factor of the brightness is no difference of colours, another hue i
   CHECK(found.most_of_95 == Catch::Approx(expected).epsilon(1e-3));
 
   // The border is left out
-  PictureOptions inner;
-  inner.border_px = 3;
-  CHECK(compare_colours(a, c, inner).most < 1e-3);
+  CHECK(compare_colours(a, c, PictureOptions{.border_px = 3}).most < 1e-3);
 }

@@ -1,14 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/compare.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <functional>
 #include <limits>
 #include <numbers>
 #include <numeric>
-#include <random>
-#include <utility>
 
 #include "host/encode/shown.hpp"
 #include "tests/support/catch.hpp"
@@ -18,7 +15,6 @@ namespace raywave {
 namespace {
 
 using Catch::Approx;
-using Catch::Matchers::ContainsSubstring;
 using std::numbers::pi;
 
 constexpr double eps = std::numeric_limits<float>::epsilon();
@@ -209,8 +205,7 @@ TEST_CASE(
     for (std::size_t i = 0; i < a.pixels.size(); ++i)
       squares += std::pow(xy / yy * of_b(i) - of_a(i), 2);
     const double psnr = 10 * std::log10(most * most * (23 * 17) / squares);
-    PictureOptions how;
-    how.domain = domain;
+    PictureOptions how{.domain = domain};
     const auto c = compare_pictures(a, b, how);
     CHECK(c.psnr_db == Approx(psnr).epsilon(1e-9));
     CHECK(c.scale == Approx(xy / yy).epsilon(1e-9));
@@ -222,8 +217,7 @@ TEST_CASE(
     CHECK(c.contrast_a == compare_pictures(a, b).contrast_a);
     CHECK(domain_of(name_of(domain)) == domain);
   }
-  CHECK_THAT(input_error_of([] { domain_of("linear"); }),
-             ContainsSubstring("there are intensity, amplitude and srgb"));
+  CHECK_REFUSED(domain_of("linear"), "there are intensity, amplitude and srgb");
 }
 
 TEST_CASE("the border counts in no figure but a region's") {
@@ -356,25 +350,6 @@ TEST_CASE("SSIM is its definition's, window by window") {
   }
 }
 
-TEST_CASE("SSIM of two levels that are negative to each other is that of its closed form") {
-  // a = 1 +- d, b = 1 -+ d in single columns: in every window the means are 1 -+ d s and the
-  // covariance is minus the variance.
-  const double d = 0.3;
-  const auto a = image_of(40, 24, [&](int x, int) { return 1 + (x % 2 ? d : -d); });
-  const auto b = image_of(40, 24, [&](int x, int) { return 1 + (x % 2 ? -d : d); });
-  double even = 0, odd = 0;
-  for (int i = -5; i <= 5; ++i) (i % 2 ? odd : even) += std::exp(-i * i / 4.5);
-  const double s = (even - odd) / (even + odd), scale = (1 - d * d) / (1 + d * d), range = 1 + d;
-  const double c1 = 1e-4 * range * range, c2 = 9e-4 * range * range, variance = d * d * (1 - s * s);
-  double expected = 0;
-  for (const double sign : {-1.0, 1.0}) {
-    const double ma = 1 + sign * d * s, mb = scale * (1 - sign * d * s);
-    expected += (2 * ma * mb + c1) * (-2 * scale * variance + c2) /
-                ((ma * ma + mb * mb + c1) * ((1 + scale * scale) * variance + c2)) / 2;
-  }
-  CHECK(compare_pictures(a, b).ssim == Approx(expected).margin(1e-6));
-}
-
 TEST_CASE("fully developed speckle has contrast 1, and the mean of n patterns 1/sqrt(n)") {
   const int side = 500;
   std::mt19937 random(11);
@@ -425,8 +400,7 @@ TEST_CASE("a picture's PNG is read as linear light, its EXR as it is, and colour
   save_picture(folder / "a.exr", 4, 1, values);
   CHECK(load_grey(folder / "a.exr", "").pixels == values);
   save_picture(folder / "rgb.png", 1, 1, std::vector<std::uint8_t>{1, 2, 3});
-  CHECK_THAT(input_error_of([&] { load_grey(folder / "rgb.png", ""); }),
-             ContainsSubstring("must be grey; it has 3 channels"));
+  CHECK_REFUSED(load_grey(folder / "rgb.png", ""), "must be grey; it has 3 channels");
 }
 
 TEST_CASE("inputs that cannot be compared are refused, with the reason") {
@@ -437,27 +411,23 @@ TEST_CASE("inputs that cannot be compared are refused, with the reason") {
   const auto of_fields = [](const FieldStack& a, const FieldStack& b) {
     return input_error_of([&] { compare_fields(a, b); });
   };
-  CHECK_THAT(of_fields(f, random_field(3, 4, 1)),
-             ContainsSubstring("A has 1 frame of 4 x 3, B 1 frame of 3 x 4"));
-  CHECK_THAT(of_fields(f, two_frames),
-             ContainsSubstring("A has 1 frame of 4 x 3, B 2 frames of 4 x 3"));
-  CHECK_THAT(of_fields(two_frames, two_frames), ContainsSubstring("frame 2 of A is zero"));
-  CHECK_THAT(of_fields(f, times(f, 0)), ContainsSubstring("frame 1 of B is zero"));
+  CHECK_SAYS(of_fields(f, random_field(3, 4, 1)), "A has 1 frame of 4 x 3, B 1 frame of 3 x 4");
+  CHECK_SAYS(of_fields(f, two_frames), "A has 1 frame of 4 x 3, B 2 frames of 4 x 3");
+  CHECK_SAYS(of_fields(two_frames, two_frames), "frame 2 of A is zero");
+  CHECK_SAYS(of_fields(f, times(f, 0)), "frame 1 of B is zero");
 
   const auto p = random_image(8, 6, 1), black = image_of(8, 6, [](int, int) { return 0; });
   const auto of_pictures = [](const Image& a, const Image& b, const PictureOptions& how = {}) {
     return input_error_of([&] { compare_pictures(a, b, how); });
   };
-  CHECK_THAT(of_pictures(p, random_image(6, 8, 1)),
-             ContainsSubstring("A is 8 x 6 pixels, B 6 x 8"));
-  CHECK_THAT(of_pictures(black, p), ContainsSubstring("A is black"));
-  CHECK_THAT(of_pictures(p, black), ContainsSubstring("B is black"));
-  CHECK_THAT(of_pictures(p, p, {0, 3, {}}), ContainsSubstring("border: must be 0 to 2 pixels"));
-  CHECK_THAT(of_pictures(p, p, {0, -1, {}}), ContainsSubstring("border: must be 0 to 2 pixels"));
+  CHECK_SAYS(of_pictures(p, random_image(6, 8, 1)), "A is 8 x 6 pixels, B 6 x 8");
+  CHECK_SAYS(of_pictures(black, p), "A is black");
+  CHECK_SAYS(of_pictures(p, black), "B is black");
+  CHECK_SAYS(of_pictures(p, p, {0, 3, {}}), "border: must be 0 to 2 pixels");
+  CHECK_SAYS(of_pictures(p, p, {0, -1, {}}), "border: must be 0 to 2 pixels");
   CHECK(of_pictures(p, p, {0, 2, {}}).empty());
   for (const double sigma : {-1.0, 1001.0, std::numeric_limits<double>::quiet_NaN()})
-    CHECK_THAT(of_pictures(p, p, {sigma, 0, {}}),
-               ContainsSubstring("blur: must be 0 to 1000 pixels"));
+    CHECK_SAYS(of_pictures(p, p, {sigma, 0, {}}), "blur: must be 0 to 1000 pixels");
   const int most = std::numeric_limits<int>::max();
   for (const Region& r : {Region{0, 0, 9, 1},
                           {7, 0, 2, 1},
@@ -465,9 +435,8 @@ TEST_CASE("inputs that cannot be compared are refused, with the reason") {
                           {0, 0, 0, 1},
                           {0, 5, 1, most},
                           {most, 0, most, 1}})
-    CHECK_THAT(of_pictures(p, p, {0, 0, r}),
-               ContainsSubstring("do not lie in the picture of 8 x 6"));
-  CHECK_THAT(input_error_of([&] { speckle_contrast(black); }), ContainsSubstring("has no light"));
+    CHECK_SAYS(of_pictures(p, p, {0, 0, r}), "do not lie in the picture of 8 x 6");
+  CHECK_REFUSED(speckle_contrast(black), "has no light");
 }
 
 }  // namespace

@@ -1,34 +1,23 @@
 // SPDX-License-Identifier: Apache-2.0
 // Materials and lights as the lens shows them, against the double-precision oracle
 // (host/reference/lens.hpp), which shades the same world one ray at a time.
-#include <algorithm>
-#include <cmath>
-#include <filesystem>
-#include <glm/geometric.hpp>
-#include <string>
-#include <vector>
-
 #include "host/common/error.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/reference/lens.hpp"
 #include "host/view/lens.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
-using test::Gltf;
+using namespace test;
 using Json = nlohmann::json;
 
-constexpr double mm = 1e-3;
-
 Scene scene_of(const std::filesystem::path& mesh, double width_m) {
-  Scene scene;
-  scene.hologram = {{40, 40}, {20e-6, 20e-6}, 638e-9};
+  Scene scene{.hologram = {{40, 40}, {20e-6, 20e-6}, 638e-9}};
   scene.materials.emplace_back();
   scene.objects.emplace_back();
   scene.objects[0].mesh = mesh;
@@ -40,11 +29,7 @@ Scene scene_of(const std::filesystem::path& mesh, double width_m) {
 }
 
 Light light_of(LightType type, glm::dvec3 direction, double intensity) {
-  Light light;
-  light.type = type;
-  light.direction = direction;
-  light.intensity = intensity;
-  return light;
+  return Light{.type = type, .direction = direction, .intensity = intensity};
 }
 
 struct Compared {
@@ -58,11 +43,10 @@ struct Compared {
 Compared compare(const cl::Device& device, const Scene& scene, const World& world, double z_m,
                  double width_m, int pixels = 32, int points = 2) {
   const auto plan = make_plan(scene, world);
-  LensSpec spec;
-  spec.z_m = z_m;
-  spec.pixel_m = glm::dvec2(width_m / pixels);
-  spec.window_m = glm::dvec2(width_m);
-  spec.points = points;
+  LensSpec spec{.z_m = z_m,
+                .window_m = glm::dvec2(width_m),
+                .points = points,
+                .pixel_m = glm::dvec2(width_m / pixels)};
   const DeviceScene arrays(device, world, plan);
   const auto image = lens_picture(device, plan, arrays, spec);
   const auto exact = reference::seen_by_lens(
@@ -83,11 +67,11 @@ Compared compare(const cl::Device& device, const Scene& scene, const World& worl
 
 /// Every kind of map, wrap and colour, side by side on quads.
 Gltf all_looks() {
-  const auto pattern = test::tga_picture(16, 16, [](int i, int j) {
+  const auto pattern = tga_picture(16, 16, [](int i, int j) {
     return glm::u8vec4(60 + 12 * i, 250 - 9 * j, 16 * ((i + j) % 16), 255);
   });
   // A normal map with slopes up to 25 degrees
-  const auto slopes = test::tga_picture(16, 16, [](int i, int j) {
+  const auto slopes = tga_picture(16, 16, [](int i, int j) {
     const auto n = glm::normalize(glm::dvec3(0.4 * std::sin(0.8 * i), 0.4 * std::cos(0.5 * j), 1));
     return glm::u8vec4(glm::round(127.5 * (n + 1.0)), 255);
   });
@@ -96,20 +80,20 @@ Gltf all_looks() {
             mirrored = file.texture(pattern, {{"wrapS", 33648}, {"wrapT", 33071}});
   file.root["extensionsUsed"] = {"KHR_texture_transform"};
   const auto turned = [&](int texture) {
-    Json info = test::texture_info(texture);
+    Json info = texture_info(texture);
     info["extensions"]["KHR_texture_transform"] = {
         {"offset", {0.3, 0.1}}, {"rotation", 0.5}, {"scale", {2.3, 1.7}}};
     return info;
   };
   const Json looks[] = {
       {{"pbrMetallicRoughness",
-        {{"baseColorTexture", test::texture_info(repeated)}, {"metallicFactor", 0}}}},
+        {{"baseColorTexture", texture_info(repeated)}, {"metallicFactor", 0}}}},
       {{"pbrMetallicRoughness",
         {{"baseColorTexture", turned(mirrored)},
          {"metallicFactor", 0.6},
          {"roughnessFactor", 0.5}}}},
       {{"pbrMetallicRoughness",
-        {{"metallicRoughnessTexture", test::texture_info(repeated)},
+        {{"metallicRoughnessTexture", texture_info(repeated)},
          {"baseColorFactor", {0.9, 0.6, 0.3, 1}}}}},
       {{"emissiveTexture", turned(repeated)},
        {"emissiveFactor", {0.7, 0.7, 0.7}},
@@ -138,9 +122,9 @@ Gltf all_looks() {
   return file;
 }
 
-TEST_CASE("all that materials of meshes have, and all lights, look as the oracle says") {
+DEVICE_TEST("all that materials of meshes have, and all lights, look as the oracle says") {
   const Folder folder;
-  folder.write("sky.tga", test::tga_picture(16, 8, [](int i, int j) {
+  folder.write("sky.tga", tga_picture(16, 8, [](int i, int j) {
                  return glm::u8vec4(10 + 14 * i, 20, 20, 255) /
                         (j == 2 ? std::uint8_t{1} : std::uint8_t{3});
                }));
@@ -167,20 +151,18 @@ TEST_CASE("all that materials of meshes have, and all lights, look as the oracle
                   disc, light_of(LightType::ambient, {0, 0, 1}, 0.4)};
   const auto world = build_world(scene);
   REQUIRE(world.materials.size() == 8);
-  for (const auto& device : test::all_devices()) {
-    for (const bool shadows : {false, true}) {
-      scene.trace.shadows = shadows;
-      const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 48, 4);
-      INFO("shadows " << shadows << ", " << found.pixels << " pixels, worst " << found.worst);
-      CHECK(found.pixels > 1200);
-      CHECK(found.worst < 2e-3);
-    }
+  for (const bool shadows : {false, true}) {
+    scene.trace.shadows = shadows;
+    const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 48, 4);
+    INFO("shadows " << shadows << ", " << found.pixels << " pixels, worst " << found.worst);
+    CHECK(found.pixels > 1200);
+    CHECK(found.worst < 2e-3);
   }
 }
 
-TEST_CASE("in colour, the light of a laser is that of light times colour, as the oracle says") {
+DEVICE_TEST("in colour, the light of a laser is that of light times colour, as the oracle says") {
   const Folder folder;
-  folder.write("sky.tga", test::tga_picture(16, 8, [](int i, int j) {
+  folder.write("sky.tga", tga_picture(16, 8, [](int i, int j) {
                  return glm::u8vec4(10 + 14 * i, 20 + 20 * j, 90, 255);
                }));
   auto scene = scene_of(folder.write("looks.glb", all_looks().glb()), 2.9 * mm);
@@ -190,24 +172,21 @@ TEST_CASE("in colour, the light of a laser is that of light times colour, as the
   sky.picture = folder / "sky.tga";
   sky.samples = 12;
   scene.lights = {sky, lamp, light_of(LightType::ambient, {0, 0, 1}, 0.4)};
-  ColourSpec colour;
-  colour.lasers = laser_set({638e-9, 520e-9, 450e-9});
+  ColourSpec colour{.lasers = laser_set({638e-9, 520e-9, 450e-9})};
   for (const std::size_t laser : {std::size_t{0}, std::size_t{1}, std::size_t{2}}) {
     CAPTURE(laser);
     colour.laser = laser;
     scene.colour = colour;
     scene.hologram.wavelength_m = colour.lasers.wavelengths_m[laser];
     const auto world = build_world(scene);
-    for (const auto& device : test::all_devices()) {
-      const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 40, 2);
-      INFO(found.pixels << " pixels, worst " << found.worst);
-      CHECK(found.pixels > 700);
-      CHECK(found.worst < 2e-3);
-    }
+    const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 40, 2);
+    INFO(found.pixels << " pixels, worst " << found.worst);
+    CHECK(found.pixels > 700);
+    CHECK(found.worst < 2e-3);
   }
 }
 
-TEST_CASE("materials of meshes in mirrors and behind glass look as the oracle says") {
+DEVICE_TEST("materials of meshes in mirrors and behind glass look as the oracle says") {
   const Folder folder;
   auto looks = all_looks();
   // A clear pane before one of them
@@ -259,18 +238,15 @@ TEST_CASE("materials of meshes in mirrors and behind glass look as the oracle sa
   const auto world = build_world(scene);
   auto dark = scene;
   dark.trace.depth = 0;
-  for (const auto& device : test::all_devices()) {
-    const auto found = compare(device, scene, world, 20 * mm, 3.2 * mm, 48, 2),
-               direct = compare(device, dark, world, 20 * mm, 3.2 * mm, 48, 2);
-    INFO(found.pixels << " pixels, light " << found.light << ", without bounces " << direct.light
-                      << ", worst " << found.worst);
-    CHECK(found.pixels > 1200);
-    CHECK(found.light > 1.2 * direct.light);
-    CHECK(found.worst < 5e-3);
-  }
+  const auto found = compare(device, scene, world, 20 * mm, 3.2 * mm, 48, 2),
+             direct = compare(device, dark, world, 20 * mm, 3.2 * mm, 48, 2);
+  CAPTURE(found.pixels, found.light, direct.light, found.worst);
+  CHECK(found.pixels > 1200);
+  CHECK(found.light > 1.2 * direct.light);
+  CHECK(found.worst < 5e-3);
 }
 
-TEST_CASE("moved objects wear their materials as before", "[slow]") {
+DEVICE_TEST("moved objects wear their materials as before", "[slow]") {
   const Folder folder;
   auto scene = scene_of(folder.write("looks.glb", all_looks().glb()), 2.9 * mm);
   scene.lights = {light_of(LightType::directional, {0.3, -0.4, 1}, 0.7)};
@@ -278,16 +254,14 @@ TEST_CASE("moved objects wear their materials as before", "[slow]") {
   scene.objects[0].position_m = {0.2 * mm, -0.1 * mm, 22 * mm};
   scene.objects[0].rotation_deg = {20, 160, 30};
   move_objects(scene, world);
-  for (const auto& device : test::all_devices()) {
-    const auto found = compare(device, scene, world, 22 * mm, 3 * mm, 32, 2);
-    INFO(found.pixels << " pixels, worst " << found.worst);
-    CHECK(found.pixels > 400);
-    CHECK(found.worst < 2e-3);
-  }
+  const auto found = compare(device, scene, world, 22 * mm, 3 * mm, 32, 2);
+  INFO(found.pixels << " pixels, worst " << found.worst);
+  CHECK(found.pixels > 400);
+  CHECK(found.worst < 2e-3);
 }
 
-TEST_CASE("sample models of others look as the oracle says, where their package is installed",
-          "[slow]") {
+DEVICE_TEST("sample models of others look as the oracle says, where their package is installed",
+            "[slow]") {
   const std::filesystem::path models = "/usr/share/assimp/models";
   if (!std::filesystem::is_directory(models)) {
     WARN("the package assimp-testmodels is not installed: the cases above stand for its models");
@@ -318,23 +292,21 @@ TEST_CASE("sample models of others look as the oracle says, where their package 
                          "3DS/cube_with_diffuse_texture.3DS",
                          "OBJ/cube_with_vertexcolors.obj"};
   int compared = 0;
-  for (const auto& device : test::all_devices()) {
-    for (const char* file : files) {
-      INFO(file);
-      auto scene = scene_of(models / file, 2 * mm);
-      scene.objects[0].rotation_deg = {25, 150, 0};
-      scene.lights = {light_of(LightType::directional, {0.3, -0.4, 1}, 0.8)};
-      Compared found;
-      for (const double wavelength : {638e-9, 450e-9}) {  // some are black in red light
-        scene.hologram.wavelength_m = wavelength;
-        if (found.pixels == 0)
-          found = compare(device, scene, build_world(scene), 20 * mm, 2.4 * mm, 24, 2);
-      }
-      INFO(found.pixels << " pixels, worst " << found.worst);
-      CHECK(found.pixels > 20);
-      CHECK(found.worst < 0.01);
-      ++compared;
+  for (const char* file : files) {
+    INFO(file);
+    auto scene = scene_of(models / file, 2 * mm);
+    scene.objects[0].rotation_deg = {25, 150, 0};
+    scene.lights = {light_of(LightType::directional, {0.3, -0.4, 1}, 0.8)};
+    Compared found;
+    for (const double wavelength : {638e-9, 450e-9}) {  // some are black in red light
+      scene.hologram.wavelength_m = wavelength;
+      if (found.pixels == 0)
+        found = compare(device, scene, build_world(scene), 20 * mm, 2.4 * mm, 24, 2);
     }
+    INFO(found.pixels << " pixels, worst " << found.worst);
+    CHECK(found.pixels > 20);
+    CHECK(found.worst < 0.01);
+    ++compared;
   }
   CHECK(compared >= 20);
 }

@@ -1,24 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/reconstruct.hpp"
 
-#include <algorithm>
-#include <cmath>
-#include <complex>
-#include <glm/vec3.hpp>
-#include <numbers>
-
 #include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/scene/scene.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/render.hpp"
 
 namespace raywave {
 namespace {
 
+using namespace test;
 using std::numbers::pi;
 
-constexpr double um = 1e-6, mm = 1e-3;
 constexpr auto host = cl::FftBackend::host;
 
 /// Spherical wave of a point at (x, y, z) in front of the hologram, weighted by exp(-(r/waist)^2)
@@ -40,94 +34,71 @@ FieldStack point_hologram(const HologramSpec& h, glm::dvec3 point_m, double wais
   return field;
 }
 
-struct Peak {
-  double x_m, y_m, intensity;
-};
-
-Peak peak_of(const Image& image, glm::dvec2 pitch_m) {
-  const auto it = std::max_element(image.pixels.begin(), image.pixels.end());
-  const int at = static_cast<int>(it - image.pixels.begin());
-  return {(at % image.width - (image.width - 1) / 2.0) * pitch_m.x,
-          ((image.height - 1) / 2.0 - at / image.width) * pitch_m.y, *it};
-}
-
-TEST_CASE(
+DEVICE_TEST(
     "a point in any quadrant focuses within one pixel and one depth of focus of where it is") {
   const HologramSpec h{{192, 160}, {4 * um, 4 * um}, 638e-9};
-  for (const auto& device : test::all_devices()) {
-    for (const glm::dvec2 xy : {glm::dvec2(0.15 * mm, 0.11 * mm),
-                                {-0.15 * mm, 0.11 * mm},
-                                {-0.15 * mm, -0.11 * mm},
-                                {0.15 * mm, -0.11 * mm}}) {
-      const double z = 10 * mm;
-      const auto hologram = point_hologram(h, {xy.x, xy.y, z});
-      const double side = 192 * h.pitch_m.x,
-                   depth_of_focus = 2 * h.wavelength_m * z * z / (side * side);
-      double best_z = 0;
-      Peak best{};
-      for (int step = -6; step <= 6; ++step) {
-        ReconstructSpec what;
-        what.z_m = z + step * depth_of_focus / 2;
-        const auto peak = peak_of(reconstruct(device, host, hologram, h, what), h.pitch_m);
-        if (peak.intensity > best.intensity) best = peak, best_z = what.z_m;
-      }
-      CHECK(std::abs(best.x_m - xy.x) <= h.pitch_m.x);
-      CHECK(std::abs(best.y_m - xy.y) <= h.pitch_m.y);
-      CHECK(std::abs(best_z - z) <= depth_of_focus);
+  for (const glm::dvec2 xy : {glm::dvec2(0.15 * mm, 0.11 * mm),
+                              {-0.15 * mm, 0.11 * mm},
+                              {-0.15 * mm, -0.11 * mm},
+                              {0.15 * mm, -0.11 * mm}}) {
+    const double z = 10 * mm;
+    const auto hologram = point_hologram(h, {xy.x, xy.y, z});
+    const double side = 192 * h.pitch_m.x,
+                 depth_of_focus = 2 * h.wavelength_m * z * z / (side * side);
+    double best_z = 0;
+    Peak best{};
+    for (int step = -6; step <= 6; ++step) {
+      ReconstructSpec what{.z_m = z + step * depth_of_focus / 2};
+      const auto peak = peak_of(reconstruct(device, host, hologram, h, what), h.pitch_m);
+      if (peak.intensity > best.intensity) best = peak, best_z = what.z_m;
     }
+    CHECK(std::abs(best.x_m - xy.x) <= h.pitch_m.x);
+    CHECK(std::abs(best.y_m - xy.y) <= h.pitch_m.y);
+    CHECK(std::abs(best_z - z) <= depth_of_focus);
   }
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "a window larger than the hologram is seamless and the direct sum's, whatever the parities") {
   const HologramSpec h{{96, 80}, {0.5 * um, 0.5 * um}, 638e-9};
   const double z = 60 * um;
   // Comes from the upper right, across the tile's corner at (24, 20) um.
   const auto hologram = point_hologram(h, {50 * um, 42 * um, 120 * um}, 5 * um);
   const auto source = reference::to_double(hologram.samples);
-  for (const auto& device : test::all_devices()) {
-    for (const glm::ivec2 window : {glm::ivec2(150, 131), {193, 80}, {192, 240}}) {
-      ReconstructSpec what;
-      what.z_m = z;
-      what.window_m = glm::dvec2(window) * h.pitch_m;
-      const auto image = reconstruct(device, host, hologram, h, what);
-      REQUIRE(image.width == window.x);
-      REQUIRE(image.height == window.y);
-      const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
-      for (const int row : {window.y / 4, window.y / 2 - 1, window.y / 2}) {
-        // Pieces of the row, each as the middle row of a plane of the hologram's size.
-        for (int first = 0; first < window.x; first += h.resolution.x) {
-          const double y = (window.y - 1) / 2.0 - row,
-                       x = first + h.resolution.x / 2 - (window.x - 1) / 2.0;
-          reference::Setup setup{h.resolution, h.pitch_m, h.wavelength_m, {}, -z};
-          // Centres of even sizes lie between samples
-          setup.shift_m = glm::dvec2(x - 0.5, y - 0.5) * h.pitch_m;
-          const auto direct =
-              reference::rayleigh_sommerfeld(source, setup, {h.resolution.y / 2 - 1});
-          float worst = 0;
-          for (int i = 0; i < h.resolution.x && first + i < window.x; ++i) {
-            const float got = image.pixels[static_cast<std::size_t>(row) * window.x + first + i];
-            worst = std::max(worst,
-                             std::abs(got - static_cast<float>(std::norm(direct[i]))) / brightest);
-          }
-          INFO("window " << window.x << " x " << window.y << ", row " << row << ", columns from "
-                         << first);
-          // Measured 3e-4, where a beam lies across the edge of a tile's band
-          CHECK(worst < 1e-3f);
+  for (const glm::ivec2 window : {glm::ivec2(150, 131), {193, 80}, {192, 240}}) {
+    ReconstructSpec what{.z_m = z, .window_m = glm::dvec2(window) * h.pitch_m};
+    const auto image = reconstruct(device, host, hologram, h, what);
+    REQUIRE(image.width == window.x);
+    REQUIRE(image.height == window.y);
+    const float brightest = *std::max_element(image.pixels.begin(), image.pixels.end());
+    for (const int row : {window.y / 4, window.y / 2 - 1, window.y / 2}) {
+      // Pieces of the row, each as the middle row of a plane of the hologram's size.
+      for (int first = 0; first < window.x; first += h.resolution.x) {
+        const double y = (window.y - 1) / 2.0 - row,
+                     x = first + h.resolution.x / 2 - (window.x - 1) / 2.0;
+        reference::Setup setup{h.resolution, h.pitch_m, h.wavelength_m, {}, -z};
+        // Centres of even sizes lie between samples
+        setup.shift_m = glm::dvec2(x - 0.5, y - 0.5) * h.pitch_m;
+        const auto direct = reference::rayleigh_sommerfeld(source, setup, {h.resolution.y / 2 - 1});
+        float worst = 0;
+        for (int i = 0; i < h.resolution.x && first + i < window.x; ++i) {
+          const float got = image.pixels[static_cast<std::size_t>(row) * window.x + first + i];
+          worst =
+              std::max(worst, std::abs(got - static_cast<float>(std::norm(direct[i]))) / brightest);
         }
+        CAPTURE(window.x, window.y, row, first);
+        // Measured 3e-4, where a beam lies across the edge of a tile's band
+        CHECK(worst < 1e-3f);
       }
     }
   }
 }
 
-TEST_CASE("seen from +x, a point beyond the plane looked at moves to +x, one before it to -x") {
+DEVICE_TEST("seen from +x, a point beyond the plane looked at moves to +x, one before it to -x") {
   const HologramSpec h{{160, 128}, {4 * um, 4 * um}, 638e-9};
   const auto hologram = point_hologram(h, {0, 0, 12 * mm});
-  const auto place = [&](const cl::Device& device, glm::dvec2 view, double z_m) {
-    ReconstructSpec what;
-    what.z_m = z_m;
-    what.view = view;
-    what.aperture = {0.4, 0.4};
+  const auto place = [&](glm::dvec2 view, double z_m) {
+    ReconstructSpec what{.z_m = z_m, .view = view, .aperture = {0.4, 0.4}};
     const auto image = reconstruct(device, host, hologram, h, what);
     glm::dvec2 sum(0);
     double weight = 0;
@@ -142,77 +113,63 @@ TEST_CASE("seen from +x, a point beyond the plane looked at moves to +x, one bef
   };
   // The line from a place (vx, vy, 0) on the hologram to the point meets the plane z at (1 - z / 12
   // mm) of (vx, vy): on the same side in front of the point, on the other behind it.
-  for (const auto& device : test::all_devices()) {
-    for (const glm::dvec2 view : {glm::dvec2(0.5, 0), {0, 0.5}, {-0.4, -0.5}}) {
-      for (const double z_m : {9 * mm, 15 * mm}) {
-        const auto expected = view * glm::dvec2(80, 64) * (1 - z_m / (12 * mm));
-        const auto got = place(device, view, z_m);
-        INFO("view " << view.x << ", " << view.y << ", z " << z_m << ": " << got.x << ", "
-                     << got.y);
-        CHECK(std::abs(got.x - expected.x) < 1.5);
-        CHECK(std::abs(got.y - expected.y) < 1.5);
-      }
+  for (const glm::dvec2 view : {glm::dvec2(0.5, 0), {0, 0.5}, {-0.4, -0.5}}) {
+    for (const double z_m : {9 * mm, 15 * mm}) {
+      const auto expected = view * glm::dvec2(80, 64) * (1 - z_m / (12 * mm));
+      const auto got = place(view, z_m);
+      INFO("view " << view.x << ", " << view.y << ", z " << z_m << ": " << got.x << ", " << got.y);
+      CHECK(std::abs(got.x - expected.x) < 1.5);
+      CHECK(std::abs(got.y - expected.y) < 1.5);
     }
   }
 }
 
-TEST_CASE("frames are averaged") {
+DEVICE_TEST("frames are averaged") {
   const HologramSpec h{{40, 32}, {2 * um, 2 * um}, 638e-9};
   const auto a = point_hologram(h, {10 * um, 0, 1 * mm}),
              b = point_hologram(h, {-20 * um, 6 * um, 1 * mm});
   FieldStack both{40, 32, 2, a.samples};
   both.samples.insert(both.samples.end(), b.samples.begin(), b.samples.end());
-  ReconstructSpec what;
-  what.z_m = 1 * mm;
-  what.window_m = glm::dvec2(100 * um, 70 * um);
-  for (const auto& device : test::all_devices()) {
-    for (const auto backend : test::backends_of(device)) {
-      const auto of_a = reconstruct(device, backend, a, h, what),
-                 of_b = reconstruct(device, backend, b, h, what);
-      double last = 0;
-      const auto of_both =
-          reconstruct(device, backend, both, h, what, [&](double share) { last = share; });
-      CHECK(last == 1.0);
-      for (std::size_t i = 0; i < of_both.pixels.size(); ++i)
-        CHECK_THAT(of_both.pixels[i],
-                   Catch::Matchers::WithinAbs((of_a.pixels[i] + of_b.pixels[i]) / 2, 1e-5));
-    }
+  ReconstructSpec what{.z_m = 1 * mm, .window_m = glm::dvec2(100 * um, 70 * um)};
+  for (const auto backend : backends_of(device)) {
+    const auto of_a = reconstruct(device, backend, a, h, what),
+               of_b = reconstruct(device, backend, b, h, what);
+    double last = 0;
+    const auto of_both =
+        reconstruct(device, backend, both, h, what, [&](double share) { last = share; });
+    CHECK(last == 1.0);
+    for (std::size_t i = 0; i < of_both.pixels.size(); ++i)
+      CHECK_THAT(of_both.pixels[i],
+                 Catch::Matchers::WithinAbs((of_a.pixels[i] + of_b.pixels[i]) / 2, 1e-5));
   }
 }
 
-TEST_CASE("parts of a window that no light reaches are black") {
+DEVICE_TEST("parts of a window that no light reaches are black") {
   const HologramSpec h{{32, 32}, {10 * um, 10 * um}, 638e-9};
-  ReconstructSpec what;
-  what.z_m = 1 * mm;
-  what.window_m = glm::dvec2(5 * mm, 0.3 * mm);
-  for (const auto& device : test::all_devices()) {
-    const auto image = reconstruct(device, host, point_hologram(h, {0, 0, 2 * mm}), h, what);
-    CHECK(image.pixels.front() == 0);
-    CHECK(image.pixels[image.pixels.size() / 2 + image.width / 2] > 0);
-  }
+  ReconstructSpec what{.z_m = 1 * mm, .window_m = glm::dvec2(5 * mm, 0.3 * mm)};
+  const auto image = reconstruct(device, host, point_hologram(h, {0, 0, 2 * mm}), h, what);
+  CHECK(image.pixels.front() == 0);
+  CHECK(image.pixels[image.pixels.size() / 2 + image.width / 2] > 0);
 }
 
-TEST_CASE("impossible reconstructions are refused") {
+DEVICE_TEST("impossible reconstructions are refused") {
   const HologramSpec h{{8, 8}, {4 * um, 4 * um}, 638e-9};
   const auto hologram = point_hologram(h, {0, 0, 1 * mm});
-  for (const auto& device : test::all_devices()) {
-    const auto refused = [&](const ReconstructSpec& what) {
-      CHECK_THROWS_AS(reconstruct(device, host, hologram, h, what), InputError);
-    };
-    ReconstructSpec what;
-    what.z_m = 0;
-    refused(what);
-    what = {};
-    what.window_m = glm::dvec2(1e6, 1e6);
-    refused(what);
-    what.window_m = glm::dvec2(-1, 1);
-    refused(what);
-    what = {};
-    what.aperture = {0, 1};
-    refused(what);
-    CHECK_THROWS_AS(reconstruct(device, host, hologram, {{8, 9}, h.pitch_m, h.wavelength_m}, {}),
-                    InputError);
-  }
+  const auto refused = [&](const ReconstructSpec& what) {
+    CHECK_THROWS_AS(reconstruct(device, host, hologram, h, what), InputError);
+  };
+  ReconstructSpec what{.z_m = 0};
+  refused(what);
+  what = {};
+  what.window_m = glm::dvec2(1e6, 1e6);
+  refused(what);
+  what.window_m = glm::dvec2(-1, 1);
+  refused(what);
+  what = {};
+  what.aperture = {0, 1};
+  refused(what);
+  CHECK_THROWS_AS(reconstruct(device, host, hologram, {{8, 9}, h.pitch_m, h.wavelength_m}, {}),
+                  InputError);
 }
 
 TEST_CASE("exposure puts the percentile at white, on the sRGB curve, and leaves black black") {
