@@ -71,7 +71,7 @@ public:
   }
 
   /// What it adds to pixel (u, v) of the tile, counted from the origin pixel, before the reference
-  /// wave and the bell.
+  /// wave and the window function.
   Complex transform_at(glm::ivec2 pixel) {
     if (across_.empty()) make();
     Complex sum = 0;
@@ -104,8 +104,8 @@ private:
     std::vector<Complex> pixels(static_cast<std::size_t>(count));
     for (int node = -half; node <= half; ++node) {
       const double at_m = node * step_m;
-      const double bell = bell_of(plan_, axis)(at_m / (plan_.tile_window_m()[axis] / 2));
-      const auto value = bell * step_m / plan_.pitch_m[axis] * light(at_m);
+      const double window = bell_of(plan_, axis)(at_m / (plan_.tile_window_m()[axis] / 2));
+      const auto value = window * step_m / plan_.pitch_m[axis] * light(at_m);
       for (int i = 0; i < count; ++i)
         pixels[static_cast<std::size_t>(i)] += value * turned((first + i) * at_m / period_m);
     }

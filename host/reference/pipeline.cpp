@@ -286,7 +286,7 @@ private:
         result_.field[index_of(column, row)] += common * sum;
       }
     }
-    // The rim of the footprint cuts the wave off.
+    // The edge of the footprint cuts the wave off.
     doubt_rim(x, y);
   }
 

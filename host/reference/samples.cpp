@@ -155,7 +155,7 @@ private:
            std::abs(dot(layer.face, met.point - layer.point)) < reach / 4;
   }
 
-  /// What a part's ray meets and the centre ray does not is the rim of an object that hides what
+  /// What a part's ray meets and the centre ray does not is the edge of an object that hides what
   /// lies behind it in this part.
   void find_rims(const std::vector<Meeting>& centre) {
     for (auto& part : parts_) {

@@ -161,7 +161,7 @@ TEST_CASE("without a goal the scene's values are kept") {
 }
 
 TEST_CASE(
-    "presets for pictures leave out the rim of the wave within the cone error that they state, "
+    "presets for pictures leave out the edge of the wave within the cone error that they state, "
     "and reference keeps the whole wave") {
   const auto scene = over_wrps("teapot.toml");
   const auto world = build_world(scene);
@@ -386,7 +386,7 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
   scene.objects.resize(1);
   const auto plan = plan_of(scene, build_world(scene));
   const auto plain = kernel_options(plan);
-  for (const auto* off :
+  for (const auto& off :
        {option::textures, option::highlights, option::sharp, option::shadows, option::bounces})
     CHECK(plain.at(off) == "0");
   CHECK(plain.at(option::lights) == "1");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/forecast/propagation_errors.hpp"
+
 #include "host/plan/padded_plane.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/propagation.hpp"

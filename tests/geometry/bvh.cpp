@@ -337,7 +337,7 @@ LANES_TEST("a ray that passes a needle's tip in line with it is no hit") {
 
 LANES_TEST("axis-parallel rays in the planes of a grid's edges hit it") {
   // A flat square of 16 x 16 cells whose corners are exact in float; rays run exactly through the
-  // lines, and the rim counts too.
+  // lines, and the edge counts too.
   Soup soup;
   const int n = 16;
   for (int j = 0; j < n; ++j) {

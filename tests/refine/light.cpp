@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/common/error.hpp"
 #include "host/refine/light.hpp"
+
+#include "host/common/error.hpp"
 #include "host/view/reconstruct.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"

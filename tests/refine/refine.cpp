@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/refine/refine.hpp"
+
 #include "host/common/error.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/refine/light.hpp"
-#include "host/refine/refine.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "host/view/reconstruct.hpp"

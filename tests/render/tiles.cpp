@@ -1,11 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holograms computed in tiles, compared with holograms computed in one piece.
+#include "host/plan/tiles.hpp"
+
 #include <numeric>
 
 #include "host/forecast/propagation_errors.hpp"
 #include "host/plan/make_plan.hpp"
 #include "host/plan/memory.hpp"
-#include "host/plan/tiles.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
@@ -167,7 +168,7 @@ DEVICE_TEST(
   scene.sampling.seed = 3;
   const auto alone = test::rendered(device, scene);
   const std::vector last(stack.field.samples.begin() + 2 * 211 * 150, stack.field.samples.end());
-  // Measured 4e-6: the sums have another order, and the bell lets rounding grow at the edges.
+  // Measured 4e-6: the sums have another order, and the window function lets rounding grow.
   CHECK(relative_l2(last, alone.field.samples) <= 2e-5);
   const auto equal =
       std::inner_product(alone.levels[0].begin(), alone.levels[0].end(), stack.levels[2].begin(), 0,

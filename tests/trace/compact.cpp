@@ -175,9 +175,9 @@ DEVICE_TEST(
   auto both = wall();
   both.add(rectangle({0.1e-3, 0.05e-3, -8e-3}, {0.2e-3, 0, 0.1e-3}, {0, 0.15e-3, 0}));
   both.scene.hologram.tiles = ivec2(2, 1);
-  auto guarded = wall();
-  guarded.scene.wrp.guard = 1.25;
-  guarded.scene.wrp.bell = 7;
+  auto wide_band = wall();
+  wide_band.scene.wrp.guard = 1.25;
+  wide_band.scene.wrp.bell = 7;
   auto tight = wall();
   tight.scene.wrp.margin_px = 2;
   auto wide_margin = wall();
@@ -187,21 +187,22 @@ DEVICE_TEST(
   auto few_lines = wall();
   few_lines.scene.wrp.lines = 1;
   // Stated errors are of samples that nothing hides or cuts.
-  Case cases[] = {{"a wall", wall(), 0},
-                  {"light too steep for the pixels", wall({0.8e-3, 0.6e-3, 10e-3}), 0.03},
-                  {"a shiny ball before a wall", ball_before_wall(10e-3), 0.03},
-                  {"tiles", tiles, 0},
-                  {"two layers", layers, 0},
-                  {"prime sizes", odd, 0},
-                  {"a wider guard, and a weaker bell", guarded, 0},
-                  {"a margin of 2 pixels", tight, 0},
-                  {"a margin of 6 pixels, a stronger bell and 5 scan lines", wide_margin, 0},
-                  {"one scan line", few_lines, 0},
-                  {"pixels of 1 um", wide, 0},
-                  {"a deep wall", deep, 0},
-                  {"a wall before the hologram", wall({0.05e-3, -0.03e-3, -10e-3}), 0},
-                  {"a shiny ball before it", ball_before_wall(-10e-3), 0.03},
-                  {"both sides, and tiles", both, 0.03}};
+  Case cases[] = {
+      {"a wall", wall(), 0},
+      {"light too steep for the pixels", wall({0.8e-3, 0.6e-3, 10e-3}), 0.03},
+      {"a shiny ball before a wall", ball_before_wall(10e-3), 0.03},
+      {"tiles", tiles, 0},
+      {"two layers", layers, 0},
+      {"prime sizes", odd, 0},
+      {"a wider guard band, and a weaker window function", wide_band, 0},
+      {"a margin of 2 pixels", tight, 0},
+      {"a margin of 6 pixels, a stronger window function and 5 scan lines", wide_margin, 0},
+      {"one scan line", few_lines, 0},
+      {"pixels of 1 um", wide, 0},
+      {"a deep wall", deep, 0},
+      {"a wall before the hologram", wall({0.05e-3, -0.03e-3, -10e-3}), 0},
+      {"a shiny ball before it", ball_before_wall(-10e-3), 0.03},
+      {"both sides, and tiles", both, 0.03}};
   for (auto& [name, stage, most_error] : cases) {
     for (const auto precision : {Precision::floats, Precision::doubles}) {
       if (precision == Precision::doubles && !device.info().fp64) continue;
@@ -219,7 +220,7 @@ DEVICE_TEST(
       CHECK(result.direct < (most_error > 0 ? most_error : 1.6 * stated));
       CHECK((most_error > 0 || result.direct > stated / 1.6));
       CHECK(result.inner < 0.02);
-      // The bell is a ten-thousandth in the corners, where it is divided out.
+      // The window function is a ten-thousandth in the corners, where it is divided out.
       const auto last = rig.plan.tile_size - 1;
       const auto corners = errors_at(rig, got, 1, {{0, 0}, {last.x, 0}, {0, last.y}, last});
       INFO("corners " << corners.discrete << ", against all samples " << corners.direct);
@@ -256,7 +257,7 @@ DEVICE_TEST("sharp highlights get the scan lines that they need, or their error 
   }
 }
 
-DEVICE_TEST("the error of virtual planes lies at the rim, and floats suffice there") {
+DEVICE_TEST("the error of virtual planes lies at the edge, and floats suffice there") {
   struct Ring {
     double from, to;
     double most_discrete, most_direct;
@@ -325,10 +326,10 @@ DEVICE_TEST("the virtual plane that is kept has the hologram's amplitude as its 
                             -2 * std::numbers::pi *
                                 (1.0 * frequency.x * x / size.x + 1.0 * frequency.y * y / size.y));
       }
-      const auto bell = [&](int axis) {
+      const auto window = [&](int axis) {
         return bell_of(plan, axis)(2.0 * at[axis] / resolution[axis]) * size[axis];
       };
-      expected.push_back(std::abs(sum) / (bell(0) * bell(1)));
+      expected.push_back(std::abs(sum) / (window(0) * window(1)));
       got.push_back(std::abs(result.field.samples[pixel.y * resolution.x + pixel.x]));
     }
     for (std::size_t i = 0; i < got.size(); ++i) {

@@ -171,7 +171,7 @@ DEVICE_TEST("moved instances have the samples of a world built at their places")
     const auto samples = table.samples.read();
     REQUIRE(table.count > 200);
     // Culled subtrees hold no samples: a search without normal cones finds equal samples, except
-    // at rims whose two sides lie within the gap that merges layers.
+    // at edges whose two sides lie within the gap that merges layers.
     auto nodes = arrays.tree.nodes.read();
     REQUIRE(std::any_of(nodes.begin(), nodes.end(), [](const auto& n) {
       return device::normal_cone_spread(n.left_count) > 0;

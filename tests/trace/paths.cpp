@@ -204,20 +204,6 @@ DEVICE_TEST("a plane mirror shows samples where the mirrored scene has them, in 
   CHECK(tilt < 1e-3);
 }
 
-TEST_CASE("the wave of a plane mirror is that of the mirrored scene") {
-  const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
-  const auto image = rectangle({0, 0, 21e-3}, {0.25e-3, 0, 0.05e-3}, {0, 0.25e-3, 0});
-  auto card = image;
-  for (auto& p : card.positions) p -= 2 * glm::dot(p - middle, n) * n;
-  auto with_mirror = bench(Bounces::points), direct = bench(Bounces::points);
-  with_mirror.scene.sampling.antialias = direct.scene.sampling.antialias = 4;
-  with_mirror.add(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0}), mirror())
-      .add(card, glowing())
-      .add(sheet_aside(), dark());
-  direct.add(image, glowing()).add(sheet_aside(), dark());
-  check_mirrored(with_mirror, direct, 0.99);
-}
-
 namespace {
 
 /// A card with all that a mesh may bring: texture, colours of vertices, roughness, slopes, holes.

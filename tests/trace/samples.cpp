@@ -299,15 +299,15 @@ OffOracle off_oracle(const Stage& stage, const Rig& rig) {
 }  // namespace
 
 DEVICE_TEST(
-    "samples shine from the centroid of their light: at edges and rims, across textures and "
-    "shadows",
+    "samples shine from the centroid of their light: at outer and inner edges, across textures "
+    "and shadows",
     "[slow]") {
   struct Case {
     const char* name;
     bool texture, shadows, closed;
   };
   for (const auto& [name, texture, shadows, closed] :
-       {Case{"edges and rims", false, false, true}, Case{"open ball", false, false, false},
+       {Case{"edges", false, false, true}, Case{"open ball", false, false, false},
         Case{"textures", true, false, true}, Case{"shadows", false, true, true},
         Case{"textures and shadows", true, true, true}}) {
     Stage stage;
@@ -380,7 +380,8 @@ DEVICE_TEST("on a wall seen nearly edge-on one sample per cell stands for the wh
   }
 }
 
-DEVICE_TEST("rims of open meshes weigh no more than their cells, although two layers lie in each") {
+DEVICE_TEST(
+    "edges of open meshes weigh no more than their cells, although two layers lie in each") {
   for (const bool closed : {true, false}) {
     Stage stage;
     auto ball = sphere({0, 0, 20e-3}, 0.3e-3, 60);

@@ -1,8 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/view/colour_picture.hpp"
+
 #include <cmath>
 
 #include "host/common/error.hpp"
-#include "host/view/colour_picture.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 

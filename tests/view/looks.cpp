@@ -246,7 +246,7 @@ DEVICE_TEST("materials of meshes in mirrors and behind glass look as the oracle 
   CHECK(found.worst < 5e-3);
 }
 
-DEVICE_TEST("moved objects wear their materials as before", "[slow]") {
+DEVICE_TEST("moved objects keep their materials", "[slow]") {
   const Folder folder;
   auto scene = scene_of(folder.write("looks.glb", all_looks().glb()), 2.9 * mm);
   scene.lights = {light_of(LightType::directional, {0.3, -0.4, 1}, 0.7)};
