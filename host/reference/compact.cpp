@@ -70,7 +70,7 @@ public:
     is_hidden_ = what.samples[sample].hidden != 0;
   }
 
-  /// What it adds to pixel (u, v) of the tile, counted from the origin pixel, before the reference
+  /// Light that it adds to pixel (u, v) of the tile, counted from the origin pixel, before the reference
   /// wave and the window function.
   Complex transform_at(glm::ivec2 pixel) {
     if (across_.empty()) make();

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a lens sees, in double precision, ray by ray and triangle by triangle: the oracle of
+/// A picture through a lens, in double precision, ray by ray and triangle by triangle: the oracle of
 /// kernels/view/lens.cl.
 #pragma once
 

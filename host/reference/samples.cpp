@@ -155,7 +155,7 @@ private:
            std::abs(dot(layer.face, met.point - layer.point)) < reach / 4;
   }
 
-  /// What a part's ray meets and the centre ray does not is the edge of an object that hides what
+  /// A hit of a part's ray that the centre ray misses is the edge of an object that hides what
   /// lies behind it in this part.
   void find_rims(const std::vector<Meeting>& centre) {
     for (auto& part : parts_) {
@@ -184,7 +184,7 @@ private:
       if (met->z <= part.rim_z) {
         const auto colour =
             radiance_of(shaded ? *met : layer, light_place_of(&part - parts_.data()));
-        // Of all colours together: the sample is at the same place for each laser
+        // Sums over all colours: the sample is at the same place for each laser
         const double radiance = stage_.scene.colour ? colour.r + colour.g + colour.b : colour.r;
         colours += colour;
         ++covered;

@@ -52,7 +52,7 @@ typedef struct {
   int view_margin;
   int root;   // number of the root node of its tree
   int moved;  // 0: both frames are the same
-  // Of the first instance: number of the root of the tree over all instances, in the scene frame,
+  // In the first instance: number of the root of the tree over all instances, in the scene frame,
   // whose leaves are one instance each; -1: there is no other instance
   int top;
 } Instance;
@@ -89,17 +89,17 @@ typedef struct {
   float transparency;
   float ior;
   float ior_low;      // what the float leaves over
-  float attenuation;  // of light within, per metre: exp(-attenuation length) of it are left
+  float attenuation;  // per metre of glass: exp(-attenuation length) of the light is left
   TextureMap colour;  // times ambient and diffuse
-  // What only meshes bring (kernels/scene/look.h)
+  // Properties that only meshes bring (kernels/scene/look.h)
   int kind;
   float emission[3];  // radiance over the unit of lights
   TextureMap emission_map;
   float base[3];  // of MATERIAL_METALLIC: colour, metalness, roughness
   float metallic;
   float roughness;
-  float reflectance;    // of what is no metal
-  float ambient_share;  // of the colour
+  float reflectance;    // without metal
+  float ambient_share;  // ambient part of the colour
   int metallic_texels;  // first texel of the metalness; roughness_map has that of the roughness
   TextureMap roughness_map;
   float normal_scale;
@@ -141,7 +141,7 @@ typedef struct {
   int hidden;  // 1: its visibility mask is not full (kernels/samples/visibility.h)
   // Number of its first profile. A hidden sample has PLANE_WAVE_PARTS profiles, any other has one.
   int profile;
-  // Of a sample that is seen in mirrors or through glass: number of its SamplePath. It shines from
+  // Number of the SamplePath of a sample that is seen in mirrors or through glass. It shines from
   // a virtual point then; normal and triangle are those of its source. -1: it is seen directly
   int path;
 } Sample;
@@ -190,7 +190,7 @@ typedef struct {
 // from the sample to the hologram's centre (or its tile's). x and y count from the centre of pixel
 // (0, 0), y up.
 typedef struct {
-  float x;  // of the sample
+  float x;  // the sample
   float x_low;
   float y;
   float y_low;
@@ -212,12 +212,13 @@ typedef struct {
   float tilt_x;     // Sample::tilt per metre on the plane
   float tilt_y;
   float tilt_z;
-  float turns;  // of the chief ray, reduced; this and chief_x to half_tangent_y serve plane_waves.h
+  float
+      turns;  // path of the chief ray, reduced; this and chief_x to half_tangent_y serve plane_waves.h
   float chief_x;  // sine of the chief ray's direction, in turns per metre
   float chief_x_low;
   float chief_y;
   float chief_y_low;
-  float tangent_x;  // of the chief ray's direction, towards the hologram
+  float tangent_x;  // direction of the chief ray, towards the hologram
   float tangent_y;
   float half_tangent_x;  // tangent of half the tile's window, seen from the sample
   float half_tangent_y;
@@ -318,7 +319,7 @@ typedef struct {
   float end_z;
   float turns_hi;  // 1 / wavelength
   float turns_lo;
-  float pitch_x;  // of the tile's pixels
+  float pitch_x;  // pixels of the tile
   float pitch_y;
   float half_x;  // half sides of the tile
   float half_y;
@@ -335,8 +336,8 @@ typedef struct {
   float margin;
   float rough_margin;
   float highlight_margin;  // the same where highlights change over the tile
-  int lines;               // of samples that nothing hides, at most
-  int highlight_lines;     // of samples with highlights, at least
+  int lines;               // for samples that nothing hides, at most
+  int highlight_lines;     // for samples with highlights, at least
   float lines_tolerance;   // relative error up to which a sample has fewer
   float sine_limit_x;      // largest sine that the SLM's pixels can show
   float sine_limit_y;
@@ -382,7 +383,7 @@ typedef struct {
   float intensity;
   int is_point;
   int falls_off;  // 1: the intensity is that at 1 m, and falls with the square of the distance
-  // Of a spot: it shines with clamp(edge_rate c + edge_offset)^2, c the cosine to its axis
+  // A spot shines with clamp(edge_rate c + edge_offset)^2, c the cosine to its axis
   float axis_x;
   float axis_y;
   float axis_z;

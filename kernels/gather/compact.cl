@@ -108,7 +108,7 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
 #if RAYWAVE_PATHS
   if (any_path(samples + index, count)) {
     path_coupling(samples + index, count, paths, &plane, &odd, &even);
-    // What scan lines cannot follow shines from its virtual point.
+    // Paths that scan lines cannot follow shine from their virtual points.
     follows = (odd + even) * plane.turns_hi < MOST_COUPLING_TURNS;
     odd = LANES_SELECT((floatv)(0.0f), odd, follows);
     even = LANES_SELECT((floatv)(0.0f), even, follows);

@@ -95,7 +95,7 @@
 #define FOOTPRINT_UNIT 32
 #define FOOTPRINT_UNITS(f) ((f).lines * ((COMPACT_ROOM((f).columns) + COMPACT_ROOM((f).rows)) / 16))
 
-// What binning on the device finds (bins.cl): numbers for all samples, then BATCH_NUMBERS for each
+// Results of binning on the device (bins.cl): numbers for all samples, then BATCH_NUMBERS for each
 // batch. Columns are pixels; rows are rows of bins, which may lie beyond the plane.
 #define FOUND_BATCHES 0
 #define FOUND_SAMPLES 1  // that light some of the plane

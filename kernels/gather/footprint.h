@@ -20,7 +20,7 @@
 #define PLANE_WAVE_SPOTS 12
 // Spots that the footprint of a plane-wave sample reaches beyond its cone
 #define PLANE_WAVE_TAIL 4
-#define PLANE_WAVES 96  // of one axis at most; a multiple of RAYWAVE_LANES
+#define PLANE_WAVES 96  // along an axis, at most; a multiple of RAYWAVE_LANES
 // Half extents in spots for which plane_wave_count does not exceed PLANE_WAVES are below 36
 #define PLANE_WAVE_WIDEST 34
 

@@ -374,7 +374,7 @@ static inline void light_at_knots(const Profiled* p, KnotLight* light) {
 
 // Light on a line, less its phase at u = 0.
 //
-// sign        of all of it
+// sign        factor of all values
 // seen_parts  bits of the parts of a hidden sample's row
 static inline void light_on_line(const Profiled* p, int line, const KnotLight* light, float sign,
                                  uint seen_parts, Nodes* nodes) {

@@ -69,11 +69,11 @@ static inline float plane_wave_sine_step(float t, float step) {
 // The plane waves of one axis at a sample.
 typedef struct {
   int count;
-  float first;  // of the first wave's sine, in turns per metre from the chief ray's
+  float first;  // sine of the first wave, in turns per metre from the chief ray's
   float step;
   float re[PLANE_WAVES];
   float im[PLANE_WAVES];
-  float tangent[PLANE_WAVES];       // of each wave's direction
+  float tangent[PLANE_WAVES];       // direction of each wave
   int begin[PLANE_WAVE_PARTS + 1];  // first wave of each part of the window
 } PlaneWaves;
 

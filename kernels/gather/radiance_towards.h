@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a sample shows in a direction: highlights, and the area that it turns there.
+// Light of a sample in a direction: highlights, and the area that it turns there.
 #ifndef RAYWAVE_RADIANCE_TOWARDS_H
 #define RAYWAVE_RADIANCE_TOWARDS_H
 
@@ -18,7 +18,7 @@ typedef struct {
 } Towards;
 #endif
 
-// What a highlight needs of a sample, except for the viewing direction.
+// The surface of a sample for its highlights, except for the viewing direction.
 static inline Surface sample_surface(__global const Sample* sample) {
   Surface s;
   s.x = sample->x;

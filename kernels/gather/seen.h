@@ -56,7 +56,7 @@ typedef struct {
   real slope_y;
   real turns;  // at the origin pixel
   real kind;   // a sum of SEEN_CUT, SEEN_ROUGH and SEEN_SHINES
-  real z0;     // of the virtual plane
+  real z0;     // distance to the virtual plane
   real rate;   // turns per metre
 } Seen;
 

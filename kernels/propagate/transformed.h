@@ -68,7 +68,7 @@ static inline floatv reference_turns(const Transformed* from, int i, int row) {
          sphere_beyond_parabola(LANES_LOAD(from->square_x + i), from->square_y[row], from->depth);
 }
 
-// What the transform is multiplied by there.
+// The factor of the transform there.
 static inline floatv transformed_share(const Transformed* from, int i, int row) {
   return LANES_LOAD(from->share_x + i) * from->share_y[row];
 }

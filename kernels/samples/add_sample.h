@@ -82,7 +82,7 @@ typedef struct {
 static inline void light_of_parts(const SceneArrays* scene, const Lattice* lattice, int column,
                                   int row, const Hit* hit, float dx, float dy, const Hits* parts,
                                   int covered, const Cell* cell, float* radiance, Sample* sample) {
-  // Of all colours together: the sample is at the same place for each laser
+  // Sums over all colours: the sample is at the same place for each laser
   floatv lights[PACKETS];
   float sums[RAYWAVE_COLOURS];
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) sums[k] = 0.0f;
@@ -139,7 +139,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
     return;
   }
 #if RAYWAVE_BOUNCES > 0
-  // What has no light of its own is no source.
+  // A surface without light of its own is no source.
   cell->mirrors |= shaded->own[lane] < 1.0f;
   if (!(shaded->own[lane] > 0.0f)) return;
 #endif

@@ -70,7 +70,7 @@ static inline void miss_by_tangents(const Followed* f, const Derivatives* deriva
 
 // A sum over the nodes of values that lanes hold, packet by packet.
 typedef struct {
-  float rest_x[PATH_NODES + RAYWAVE_LANES];  // of the rest's derivatives
+  float rest_x[PATH_NODES + RAYWAVE_LANES];  // derivatives of the rest
   float rest_y[PATH_NODES + RAYWAVE_LANES];
   float amplitude[PATH_NODES + RAYWAVE_LANES];
 } AtNodes;

@@ -25,7 +25,7 @@ typedef struct {
   Followed rays[PACKETS];
 } Bundle;
 
-// What the rays of a bundle meet.
+// Surfaces that the rays of a bundle meet.
 typedef struct {
   Layers layers[PACKETS];
   floatv nearest[PACKETS];  // distance of the first hit
@@ -46,7 +46,7 @@ static inline void keep_specular(const SceneArrays* scene, Layers* layers) {
   }
 }
 
-// What the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
+// Finds the surfaces that the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
 // window may see behind the first; within glass and after some surfaces the first only. What rays
 // meet directly is for find_samples, but for mirrors and glass.
 CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle, Met* met) {

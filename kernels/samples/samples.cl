@@ -132,7 +132,7 @@ static inline Places place_of(const Lattice* lattice, int column, int row, float
   return place;
 }
 
-// What the samples of the centre rays see, by layer and lane: SEEN_UNBROKEN or 0 where no breaks
+// Visibility of the samples of the centre rays, by layer and lane: SEEN_UNBROKEN or 0 where no breaks
 // lie in their way, else the results of look_around_four.
 CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
                                 const Breaks* breaks, int first, int row, const Rays* centres,

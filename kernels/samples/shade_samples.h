@@ -39,7 +39,7 @@ static inline floatv sum_of_colours(const Radiance* radiance) {
   return sum;
 }
 
-// What the samples of a packet's hits have in common with their surfaces.
+// Values that the samples of a packet's hits share with their surfaces.
 typedef struct {
   float x[RAYWAVE_LANES];
   float y[RAYWAVE_LANES];

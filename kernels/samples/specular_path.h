@@ -44,7 +44,7 @@ static inline float3 vector_first(Vector a) {
   return (float3)(LANES_FIRST(a.x), LANES_FIRST(a.y), LANES_FIRST(a.z));
 }
 
-// What a ray is differentiated by: its place on the window along x and y (metres), and its tangents
+// Variables of a ray's derivatives: its place on the window along x and y (metres), and its tangents
 // there.
 #define BY_PLACE_X 0
 #define BY_PLACE_Y 1
@@ -62,8 +62,8 @@ typedef struct {
   Vector place;        // on that surface, or where rays start (in front of the scene)
   Vector direction;    // unit length
   floatv nearest;      // hits closer than this are ignored
-  floatv share;        // of the light there that reaches the window
-  floatv attenuation;  // of the medium, per metre
+  floatv share;        // light there that reaches the window, over all
+  floatv attenuation;  // in the medium, per metre
   intv inside;         // within glass
   intv found;          // the ray met all surfaces of the sequence
   intv first;          // ... and nothing before any of them

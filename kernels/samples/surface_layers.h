@@ -44,7 +44,7 @@ typedef struct {
   float reach;
   bool steep;              // seen so nearly edge-on that a cell spans more than `reach` of it
   float3 at, normal;       // for steep layers only
-  int packet_column, row;  // of the parts' rays
+  int packet_column, row;  // cell of the parts' rays
 } SurfaceLayer;
 
 // hit: of the ray with tangents (dx, dy)

@@ -16,7 +16,7 @@ typedef struct {
   __global const float* positions;  // 3 per vertex, frame of its instance
   __global const Instance* instances;
 #if RAYWAVE_ALPHA
-  // What alpha asks for, as in SceneArrays
+  // Arrays that alpha needs, as in SceneArrays
   __global const float* uvs;
   __global const float* colours;
   __global const Material* materials;

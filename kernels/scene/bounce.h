@@ -18,9 +18,9 @@ typedef struct {
   floatv weight;   // share of the light that this path carries
   // Sum of the segments' lengths over their refractive indices, metres: decides the amplitude
   floatv length;
-  floatv turns;        // of the optical path, reduced
+  floatv turns;        // optical path, reduced
   DoubleSingle index;  // refractive index along the line
-  floatv attenuation;  // of the medium along the line, per metre
+  floatv attenuation;  // in the medium along the line, per metre
   intv active;
   int bounces_left;
 } Path;

@@ -376,7 +376,7 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, b
   Rays left = *rays;  // its mask: rays that go on
   const floatv inverse[3] = {bvh_reciprocal(rays->dx), bvh_reciprocal(rays->dy),
                              bvh_reciprocal(rays->dz)};
-  // Of the tree over instances: its nodes, and ~i for instance i
+  // Waiting nodes of the tree over instances, and ~i for instance i
   int waiting_place[BVH_TOP_STACK];
   floatv waiting_enter[BVH_TOP_STACK];
   int waiting = 0;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What mirrors and glass do to the light that meets them, for packets of lanes.
+// Light that mirrors reflect and glass lets through, for packets of lanes.
 #ifndef RAYWAVE_FRESNEL_H
 #define RAYWAVE_FRESNEL_H
 

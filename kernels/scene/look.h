@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// What a material shows at a place of a triangle, and whether it is there: pictures, colours
+// A material at a place of a triangle, and whether the surface is there: pictures, colours
 // of vertices, metalness and roughness (docs/materials.md). One place at a time: neighbouring
 // rays may meet different materials.
 #ifndef RAYWAVE_LOOK_H

@@ -47,7 +47,7 @@
 #define RAYWAVE_BOUNCES 0
 #endif
 
-// What of materials changes from place to place, at most
+// Most that materials change from place to place
 #define TEXTURES_NONE 0
 #define TEXTURES_PLAIN 1  // pictures multiply ambient and diffuse, and repeat
 #define TEXTURES_LOOKS 2  // all that meshes bring (kernels/scene/look.h), and emission

@@ -487,7 +487,7 @@ typedef struct {
   floatv of[RAYWAVE_COLOURS];
 } Radiance;
 
-// What the hologram shows of a radiance: that of its channel, or the light of its laser. A laser
+// The part of a radiance that the hologram shows: that of its channel, or the light of its laser. A laser
 // cannot take light away.
 static inline floatv shown_radiance(const SceneArrays* scene, const Radiance* radiance) {
 #if RAYWAVE_COLOURS > 1

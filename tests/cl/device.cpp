@@ -107,7 +107,7 @@ DEVICE_TEST(
     CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
                "cos_sin takes 4 arguments, 3 given");
     const bool tells = !kernel.argument_types()[0].empty();
-    // Of a program from a binary Intel's runtime does not
+    // Intel's runtime does not for a program from a binary
     CHECK((tells || (from == "cache" && device.info().platform.starts_with("Intel"))));
     if (!tells) continue;
     CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),

@@ -44,7 +44,7 @@ TEST_CASE(
     }
     double energy = 0;
     for (const auto& v : plane) energy += std::norm(v);
-    const double rms = std::sqrt(energy);  // of the transform
+    const double rms = std::sqrt(energy);
     PlaneFft fft(nx, ny, stride);
     for (const int sign : {-1, 1}) {
       const auto expected = reference::direct_transform(plane, {c.nx, c.ny}, sign);

@@ -339,7 +339,7 @@ TEST_CASE("presets take more time and reach more PSNR from draft to reference", 
       const auto p = plan_scene(scene, world, {}, {preset, {}, {}});
       CHECK(p.prediction.times.total_s() >= seconds * 0.98);
       CHECK(cone_error_of(p.plan) <= cone_error);
-      // Of one cone's pictures
+      // Pictures of one cone
       if (cone_error_of(p.plan) == cone_error)
         CHECK(p.prediction.pictures->mean_psnr_db >= psnr_db - 1e-6);
       CHECK_FALSE(warns(p, "single dots"));

@@ -16,7 +16,7 @@ Light light_of(LightType type, int samples) {
   return Light{.type = type, .intensity = 3, .samples = samples};
 }
 
-/// What a matt surface of diffuse 1 shows of lights, from all places of those that have a size.
+/// Radiance of a matt surface of diffuse 1 by lights, from all places of those that have a size.
 double shown(const std::vector<PlacedLight>& lights, glm::dvec3 place_m, glm::dvec3 normal) {
   double sum = 0;
   for (const auto& light : lights)

@@ -24,12 +24,12 @@ constexpr double nm = 1e-9;
 struct Extreme {
   std::string name;
   HologramSpec hologram;
-  dvec3 centre_m;           // of the scene
-  double width_m, depth_m;  // of the scene
+  dvec3 centre_m;
+  double width_m, depth_m;
   double sampling_pitch_m;
   std::vector<double> wrps_m;
   Method method;
-  double aside;  // of the sphere, in widths; at 0.1 it hides a part of the square
+  double aside;  // place of the sphere, in widths; at 0.1 it hides a part of the square
 };
 
 Stage stage_of(const Extreme& e) {
@@ -126,7 +126,7 @@ Oracle oracle_of(const Rig& rig) {
 
 struct Outcome {
   double error = 0;  // relative L2, of the hologram
-  // Of the light on the WRPs: where floats cannot decide the oracle takes the device's word
+  // Share of the light on the WRPs: where floats cannot decide the oracle takes the device's word
   double unsure_share = 0;
 };
 

@@ -196,7 +196,7 @@ public:
             {"scene", 0},
             {"scenes", {{{"nodes", Json::array()}}}},
             {"nodes", Json::array()}};
-  std::string data;  // of the buffer
+  std::string data;  // the buffer
 
 private:
   static std::string bytes_as(const std::vector<double>& values, int type) {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What a hologram shows, against what a lens sees of its scene.
+/// A hologram's picture against that of a lens.
 #pragma once
 
 #include "host/reference/stage.hpp"

@@ -18,7 +18,7 @@
 
 namespace raywave::test {
 
-/// What the program holds after so many frames.
+/// Memory of the program after so many frames.
 struct SoakReading {
   int frames = 0;
   double wall_s = 0;

@@ -15,7 +15,7 @@ namespace {
 using namespace test;
 using Field = std::vector<std::complex<float>>;
 
-constexpr double distance_m = 98 * mm;  // of the WRPs
+constexpr double distance_m = 98 * mm;  // WRPs to hologram
 
 /// Relative L2 error of a field: measured 1.1e-7 to 3.4e-7.
 constexpr double hit_error = 1e-6;

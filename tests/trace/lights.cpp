@@ -66,7 +66,7 @@ double floor_radiance(const Light& light, double x, double y) {
   return 0.8 * light.intensity * sum / number;
 }
 
-/// What the lens sees of the floor, 0.1 mm high, in pixels of 10 um.
+/// A picture of the floor through the lens, 0.1 mm high, in pixels of 10 um.
 Image floor_picture(const raywave::cl::Device& device, const Stage& stage, double width_m,
                     int points) {
   const auto plan = make_plan(stage.scene, stage.world);

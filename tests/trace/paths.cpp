@@ -382,7 +382,7 @@ Stage slab_and_card(const Material& material) {
   return stage;
 }
 
-/// What a clear surface between air and glass lets through, after Fresnel.
+/// Share of light that a surface between air and glass lets through, after Fresnel.
 double let_through(double cosine, double ior) {
   const double in = std::acos(cosine), out = std::asin(std::sin(in) / ior);
   const double s = (std::cos(in) - ior * std::cos(out)) / (std::cos(in) + ior * std::cos(out)),

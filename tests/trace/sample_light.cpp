@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// What samples show: the parts of the window that see them, and their light.
+/// Parts of the window that see samples, and the light of samples.
 #include "tests/support/samples.hpp"
 
 using namespace raywave;

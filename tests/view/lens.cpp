@@ -182,7 +182,7 @@ DEVICE_TEST(
   const double pitch_m = scene.hologram.pitch_m.x, half = 24 * pitch_m;
   const Seen study(device, scene);
   for (const double z_m : {18.55 * mm, 19.5 * mm, 17.55 * mm}) {
-    for (const double low : {-1.0, 0.0}) {  // of what is open along x
+    for (const double low : {-1.0, 0.0}) {  // left end of the open part
       LensSpec what{.z_m = z_m, .points = points};
       if (low == 0) what.view = {0.5, 0}, what.aperture = {0.5, 1};
       double worst = 0, squared = 0;
