@@ -70,8 +70,8 @@ public:
     is_hidden_ = what.samples[sample].hidden != 0;
   }
 
-  /// Light that it adds to pixel (u, v) of the tile, counted from the origin pixel, before the reference
-  /// wave and the window function.
+  /// Light that it adds to pixel (u, v) of the tile, counted from the origin pixel, before the
+  /// reference wave and the window function.
   Complex transform_at(glm::ivec2 pixel) {
     if (across_.empty()) make();
     Complex sum = 0;

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A picture through a lens, in double precision, ray by ray and triangle by triangle: the oracle of
-/// kernels/view/lens.cl.
+/// A picture through a lens, in double precision, ray by ray and triangle by triangle: the oracle
+/// of kernels/view/lens.cl.
 #pragma once
 
 #include <glm/vec2.hpp>

@@ -119,12 +119,8 @@ typedef struct {
 // A surface sample: one source of light, where a ray of the lattice pierces a surface. Samples are
 // in the order of their cells.
 typedef struct {
-  float x;
-  float y;
-  float z;
-  float nx;  // unit length, facing the hologram
-  float ny;
-  float nz;
+  float x, y, z;
+  float nx, ny, nz;  // unit length, facing the hologram
   // Distance from the hologram's plane over that at which the lattice's pitch is p, so that every
   // sample stands for the same solid angle
   float weight;
@@ -133,9 +129,7 @@ typedef struct {
   float shininess;
   // tilt . (u, v, -1): projected area of the surface in the direction (u, v, -1), over that towards
   // the hologram's centre
-  float tilt_x;
-  float tilt_y;
-  float tilt_z;
+  float tilt_x, tilt_y, tilt_z;
   uint key;  // of the random phase: made from cell and layer
   int triangle;
   int hidden;  // 1: its visibility mask is not full (kernels/samples/visibility.h)
@@ -162,66 +156,44 @@ typedef struct {
 // The lattice of rays from the eye, mostly the hologram's centre. Ray (i, j) has the tangents
 // (first_x + i + 0.5) step and (first_y + j + 0.5) step.
 typedef struct {
-  int first_x;
-  int first_y;
-  int nx;
-  int ny;
+  int first_x, first_y;
+  int nx, ny;
   float step;
-  float centre_x;  // centre of the hologram in the scene frame
-  float centre_y;
-  float centre_z;
-  float eye_x;  // where all rays come from: the same, or a point before the scene
-  float eye_y;
-  float eye_z;
+  float centre_x, centre_y, centre_z;  // centre of the hologram in the scene frame
+  float eye_x, eye_y, eye_z;  // where all rays come from: the same, or a point before the scene
   // Rays start here, just in front of the scene, so that rounding depends on the scene's size only
   float near_z;
-  float full_z;      // distance from the eye at which the lattice's pitch is p
-  float steepest_x;  // tangents of rays to the window's parts are no larger
-  float steepest_y;
-  float layer_gap;  // layers closer to each other than this along z are merged
+  float full_z;                  // distance from the eye at which the lattice's pitch is p
+  float steepest_x, steepest_y;  // tangents of rays to the window's parts are no larger
+  float layer_gap;               // layers closer to each other than this along z are merged
   float bias;
   float reach;
-  float
-      half_width;  // of the window that visibility masks divide; in gather.cl: of the tile's window
-  float half_height;
+  // Half sides of the window that visibility masks divide; in gather.cl, of the tile's window
+  float half_width, half_height;
 } Lattice;
 
 // A sample projected onto one plane. Its light crosses the plane around its chief ray, the line
 // from the sample to the hologram's centre (or its tile's). x and y count from the centre of pixel
 // (0, 0), y up.
 typedef struct {
-  float x;  // the sample
-  float x_low;
-  float y;
-  float y_low;
-  float depth;  // z of the sample minus that of the plane; negative in front of it
-  float depth_low;
-  float inverse_depth;  // 1 / depth, kept finite
+  float x, x_low, y, y_low;  // the sample
+  float depth, depth_low;    // z of the sample minus that of the plane; negative in front of it
+  float inverse_depth;       // 1 / depth, kept finite
   // Where the chief ray meets the plane
-  float centre_x;
-  float centre_x_low;
-  float centre_y;
-  float centre_y_low;
-  float half_x;  // half width of the footprint on the plane
-  float half_y;
+  float centre_x, centre_x_low, centre_y, centre_y_low;
+  float half_x, half_y;  // half width of the footprint on the plane
   // Half windows of the tile per metre of the plane; negative where the hologram lies behind the
   // sample
-  float scale_x;
-  float scale_y;
+  float scale_x, scale_y;
   float amplitude;  // without highlights
   float tilt_x;     // Sample::tilt per metre on the plane
-  float tilt_y;
-  float tilt_z;
-  float
-      turns;  // path of the chief ray, reduced; this and chief_x to half_tangent_y serve plane_waves.h
-  float chief_x;  // sine of the chief ray's direction, in turns per metre
-  float chief_x_low;
-  float chief_y;
-  float chief_y_low;
-  float tangent_x;  // direction of the chief ray, towards the hologram
-  float tangent_y;
-  float half_tangent_x;  // tangent of half the tile's window, seen from the sample
-  float half_tangent_y;
+  float tilt_y, tilt_z;
+  // For plane_waves.h
+  float turns;  // path of the chief ray, reduced
+  // Sine of the chief ray's direction, in turns per metre
+  float chief_x, chief_x_low, chief_y, chief_y_low;
+  float tangent_x, tangent_y;            // direction of the chief ray, towards the hologram
+  float half_tangent_x, half_tangent_y;  // tangent of half the tile's window, seen from the sample
   int specular;
   int hidden;  // as in Sample
   int profile;
@@ -236,52 +208,31 @@ typedef struct {
 
 // The plane of pixels that `gather` fills.
 typedef struct {
-  int nx;
-  int ny;
-  float left;  // x of the centres of the first column, scene frame
-  float left_low;
-  float top;  // y of the centres of the first row
-  float top_low;
-  float z;
-  float z_low;
+  int nx, ny;
+  float left, left_low;  // x of the centres of the first column, scene frame
+  float top, top_low;    // y of the centres of the first row
+  float z, z_low;
   float begin_z;  // it gathers the samples with begin_z <= z < end_z
   float end_z;
-  float pitch_x;
-  float pitch_x_low;
-  float pitch_y;
-  float pitch_y_low;
+  float pitch_x, pitch_x_low, pitch_y, pitch_y_low;
   // Centre of the hologram, or of the tile that the plane's light goes to, scene frame
-  float hologram_x;
-  float hologram_x_low;
-  float hologram_y;
-  float hologram_y_low;
-  float hologram_z;
-  float hologram_z_low;
-  float turns_hi;  // 1 / wavelength
-  float turns_lo;
-  float cone_x;  // half width of the cone in half windows of the tile
-  float cone_y;
+  float hologram_x, hologram_x_low, hologram_y, hologram_y_low, hologram_z, hologram_z_low;
+  float turns_hi, turns_lo;  // 1 / wavelength
+  float cone_x, cone_y;      // half width of the cone in half windows of the tile
   float apodization_rate_x;  // 1 / width of the cone's apodization; 0: hard edge
   float apodization_rate_y;
-  float sine_limit_x;  // largest sine that the SLM's pixels can show
-  float sine_limit_y;
+  float sine_limit_x, sine_limit_y;  // largest sine that the SLM's pixels can show
   // Sine of the light on the SLM at the window's centre, from which the limit counts, and by how
   // much it falls to the window's edge
-  float reference_x;
-  float reference_y;
-  float reference_fall_x;
-  float reference_fall_y;
+  float reference_x, reference_y;
+  float reference_fall_x, reference_fall_y;
   // Half sides of the tile's window
-  float half_window_x;
-  float half_window_y;
+  float half_window_x, half_window_y;
   // Lattice tangent of the first column's centre, its step per pixel, and the largest difference
   // between a pixel's tangent and those of the samples that it gathers
-  float tangent_x;
-  float tangent_y;
-  float tangent_step_x;
-  float tangent_step_y;
-  float window_x;
-  float window_y;
+  float tangent_x, tangent_y;
+  float tangent_step_x, tangent_step_y;
+  float window_x, window_y;
   // Half width of the cone, in diffraction spots, below which a sample is a plane-wave sample; 0:
   // none is
   float plane_wave_spots;
@@ -289,11 +240,9 @@ typedef struct {
   int room_x;             // columns (rows) that a profile has room for; gather.cl
   int room_y;
   // Half sides of the tile's window over those of the window that visibility masks divide
-  float visibility_scale_x;
-  float visibility_scale_y;
+  float visibility_scale_x, visibility_scale_y;
   // From the centre of that window to the centre of the tile's, in half sides of that window
-  float visibility_shift_x;
-  float visibility_shift_y;
+  float visibility_shift_x, visibility_shift_y;
 } GatherPlane;
 
 // The virtual plane of compact gathering (kernels/gather/compact.cl), one transform away from a
@@ -301,36 +250,23 @@ typedef struct {
 typedef struct {
   int nx;  // a multiple of 16
   int ny;
-  int tile_nx;  // pixels of the tile
-  int tile_ny;
-  int row_stride;  // pixels in memory from a row of the plane to the next
-  float origin_x;  // centre of the tile's pixel (columns / 2, rows / 2), scene frame
-  float origin_x_low;
-  float origin_y;
-  float origin_y_low;
-  float hologram_z;
-  float hologram_z_low;
-  float z0;  // distance from the tile
-  float z0_low;
+  int tile_nx, tile_ny;          // pixels of the tile
+  int row_stride;                // pixels in memory from a row of the plane to the next
+  float origin_x, origin_x_low;  // centre of the tile's pixel (columns / 2, rows / 2), scene frame
+  float origin_y, origin_y_low;
+  float hologram_z, hologram_z_low;
+  float z0, z0_low;  // distance from the tile
   // 1; -1: it stands for the mirror image, through the hologram's plane, of samples before the
   // hologram
   float side;
   float begin_z;  // it gathers the samples with begin_z <= z < end_z
   float end_z;
-  float turns_hi;  // 1 / wavelength
-  float turns_lo;
-  float pitch_x;  // pixels of the tile
-  float pitch_y;
-  float half_x;  // half sides of the tile
-  float half_y;
-  float period_x;  // nx pitch_x: what the transform repeats after
-  float period_y;
-  float frequency_x;  // 1 / period_x
-  float frequency_x_low;
-  float frequency_y;
-  float frequency_y_low;
-  float pixels_per_sine_x;  // period_x / wavelength
-  float pixels_per_sine_y;
+  float turns_hi, turns_lo;  // 1 / wavelength
+  float pitch_x, pitch_y;    // pixels of the tile
+  float half_x, half_y;      // half sides of the tile
+  float period_x, period_y;  // nx pitch_x: what the transform repeats after
+  float frequency_x, frequency_x_low, frequency_y, frequency_y_low;  // 1 / period_x
+  float pixels_per_sine_x, pixels_per_sine_y;                        // period_x / wavelength
   // Pixels that a footprint reaches beyond the sample's rays; rough_margin: where something hides
   // the sample, or its light becomes too steep for the pixels
   float margin;
@@ -343,19 +279,14 @@ typedef struct {
   float sine_limit_y;
   // Sine of the light on the SLM at the tile's origin, from which the limit counts, and by how much
   // it falls per metre; y downwards, of mirror images with the opposite sign
-  float reference_x;
-  float reference_y;
-  float reference_fall_x;
-  float reference_fall_y;
-  float per_cut_x;  // 1 / width, on the tile, of the step there
-  float per_cut_y;
-  int knots;  // 8, 16 or 32 (kernels/gather/compact_layout.h)
+  float reference_x, reference_y;
+  float reference_fall_x, reference_fall_y;
+  float per_cut_x, per_cut_y;  // 1 / width, on the tile, of the step there
+  int knots;                   // 8, 16 or 32 (kernels/gather/compact_layout.h)
   // Half sides of the window that visibility masks divide for each metre, and from the centre of
   // that window to the tile's origin, in half sides; y up
-  float window_scale_x;
-  float window_scale_y;
-  float window_shift_x;
-  float window_shift_y;
+  float window_scale_x, window_scale_y;
+  float window_shift_x, window_shift_y;
 } CompactPlane;
 
 // The pixels of the virtual plane that a sample lights, before they are taken modulo its size, and
@@ -374,19 +305,12 @@ typedef struct {
 // 1): (x, y, z) is its position. Ambient light is not among the lights. There are
 // RAYWAVE_LIGHT_PLACES of each light, which differ in (x, y, z) only.
 typedef struct {
-  float x;
-  float x_low;
-  float y;
-  float y_low;
-  float z;
-  float z_low;
+  float x, x_low, y, y_low, z, z_low;
   float intensity;
   int is_point;
   int falls_off;  // 1: the intensity is that at 1 m, and falls with the square of the distance
   // A spot shines with clamp(edge_rate c + edge_offset)^2, c the cosine to its axis
-  float axis_x;
-  float axis_y;
-  float axis_z;
+  float axis_x, axis_y, axis_z;
   float edge_rate;
   float edge_offset;
   // In colour: of red, green and blue, over the intensity; and of the hologram's laser
@@ -405,25 +329,16 @@ typedef struct {
 // The plane of pixels that a fan trace fills, and what all its rays share. Pixel (0, 0) is the top
 // left one; y decreases with the row.
 typedef struct {
-  int nx;
-  int ny;
-  float left;  // x of the centres of the first column
-  float left_low;
-  float top;  // y of the centres of the first row
-  float top_low;
-  float z;
-  float z_low;
-  float pitch_x;
-  float pitch_x_low;
-  float pitch_y;
-  float pitch_y_low;
-  float turns_hi;  // 1 / wavelength
-  float turns_lo;
-  float sine_limit_x;  // largest sine that the SLM's pixels can show
-  float sine_limit_y;
-  float sampling_rate;  // 1 / sampling pitch p: cells of the random phase per metre
-  float bias;           // distance from the surface at which a secondary ray starts
-  float reach;          // longer than any path through the scene
+  int nx, ny;
+  float left, left_low;  // x of the centres of the first column
+  float top, top_low;    // y of the centres of the first row
+  float z, z_low;
+  float pitch_x, pitch_x_low, pitch_y, pitch_y_low;
+  float turns_hi, turns_lo;          // 1 / wavelength
+  float sine_limit_x, sine_limit_y;  // largest sine that the SLM's pixels can show
+  float sampling_rate;               // 1 / sampling pitch p: cells of the random phase per metre
+  float bias;                        // distance from the surface at which a secondary ray starts
+  float reach;                       // longer than any path through the scene
   uint seed;
 } TracePlane;
 
@@ -431,28 +346,23 @@ typedef struct {
 // which the rays to each pixel start. Scene frame; pixel (0, 0) and point (0, 0) are the top left
 // ones.
 typedef struct {
-  int nx;
-  int ny;
+  int nx, ny;
   float left;  // x of the centres of the first column
   float top;   // y of the centres of the first row
-  float pitch_x;
-  float pitch_y;
+  float pitch_x, pitch_y;
   float inverse_focus;  // 1 / distance from the lens to the plane in focus
   int points;           // points of the lens per axis
   float lens_left;
   float lens_top;
-  float lens_pitch_x;
-  float lens_pitch_y;
+  float lens_pitch_x, lens_pitch_y;
   // Half sides of the part of the lens around a pixel that is open, where it is smaller; 0: all is
-  float reach_x;
-  float reach_y;
+  float reach_x, reach_y;
   float start;    // distance from the lens at which rays start; nothing is nearer
   float start_z;  // z of these starts in the scene frame
   float bias;     // distance from the surface at which a secondary ray starts
   float reach;    // longer than any path through the scene
   // Size of the part of a pixel that rays go through; 0: all go through its centre
-  float spread_x;
-  float spread_y;
+  float spread_x, spread_y;
   // Point i stands at i * scatter modulo points in the order of places in the pixel
   int scatter;
 } LensPlane;

@@ -46,9 +46,9 @@ static inline void keep_specular(const SceneArrays* scene, Layers* layers) {
   }
 }
 
-// Finds the surfaces that the rays of a bundle meet: all outer sides of surfaces in air, since other parts of the
-// window may see behind the first; within glass and after some surfaces the first only. What rays
-// meet directly is for find_samples, but for mirrors and glass.
+// Finds the surfaces that the rays of a bundle meet: all outer sides of surfaces in air, since
+// other parts of the window may see behind the first; within glass and after some surfaces the
+// first only. What rays meet directly is for find_samples, but for mirrors and glass.
 CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle, Met* met) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     const Followed* f = bundle->rays + packet;

@@ -132,8 +132,8 @@ static inline Places place_of(const Lattice* lattice, int column, int row, float
   return place;
 }
 
-// Visibility of the samples of the centre rays, by layer and lane: SEEN_UNBROKEN or 0 where no breaks
-// lie in their way, else the results of look_around_four.
+// Visibility of the samples of the centre rays, by layer and lane: SEEN_UNBROKEN or 0 where no
+// breaks lie in their way, else the results of look_around_four.
 CALLED void look_around_centres(const SceneArrays* scene, const Lattice* lattice,
                                 const Breaks* breaks, int first, int row, const Rays* centres,
                                 const Layers* layers, OccluderCache* occluder_cache,

@@ -44,8 +44,8 @@ static inline float3 vector_first(Vector a) {
   return (float3)(LANES_FIRST(a.x), LANES_FIRST(a.y), LANES_FIRST(a.z));
 }
 
-// Variables of a ray's derivatives: its place on the window along x and y (metres), and its tangents
-// there.
+// Variables of a ray's derivatives: its place on the window along x and y (metres), and its
+// tangents there.
 #define BY_PLACE_X 0
 #define BY_PLACE_Y 1
 #define BY_TANGENT_X 2

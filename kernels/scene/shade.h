@@ -487,8 +487,8 @@ typedef struct {
   floatv of[RAYWAVE_COLOURS];
 } Radiance;
 
-// The part of a radiance that the hologram shows: that of its channel, or the light of its laser. A laser
-// cannot take light away.
+// The part of a radiance that the hologram shows: that of its channel, or the light of its laser. A
+// laser cannot take light away.
 static inline floatv shown_radiance(const SceneArrays* scene, const Radiance* radiance) {
 #if RAYWAVE_COLOURS > 1
   const float* weights = scene->light.laser;

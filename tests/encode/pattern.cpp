@@ -25,7 +25,8 @@ HologramSpec small_slm() {
   return HologramSpec{.resolution = {256, 192}, .pitch_m = {4e-6, 4e-6}, .wavelength_m = 532e-9};
 }
 
-/// The field of a pattern on the SLM when its levels are as `described`, and its glass as `true_slm`.
+/// The field of a pattern on the SLM when its levels are as `described`, and its glass as
+/// `true_slm`.
 FieldStack shown(const cl::Device& device, const PatternSpec& spec, const SlmSpec& described,
                  const SlmSpec& true_slm) {
   const auto hologram = small_slm();
