@@ -16,9 +16,9 @@
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/encode_stage.hpp"
-#include "host/plan/cautions.hpp"
-#include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
+#include "host/planning/cautions.hpp"
+#include "host/planning/make_plan.hpp"
+#include "host/planning/memory_needs.hpp"
 #include "host/trace/device_limits.hpp"
 #include "host/trace/traced_world.hpp"
 
@@ -29,15 +29,11 @@ namespace {
 /// The one place that chooses how light travels.
 std::unique_ptr<Carrier> make_carrier(const cl::Device& device, const Plan& plan,
                                       CarrierOptions options, StageTimes& times) {
-  if (plan.compact) return std::make_unique<VirtualPlaneCarrier>(device, std::move(options), times);
+  if (plan.virtual_planes())
+    return std::make_unique<VirtualPlaneCarrier>(device, std::move(options), times);
   if (plan.is_at_hologram())
     return std::make_unique<HologramCarrier>(device, std::move(options), times);
   return std::make_unique<WrpCarrier>(device, std::move(options), times);
-}
-
-/// True when the same carrier serves both.
-bool travels_alike(const Plan& a, const Plan& b) {
-  return a.compact.has_value() == b.compact.has_value() && a.is_at_hologram() == b.is_at_hologram();
 }
 
 }  // namespace
@@ -114,8 +110,8 @@ RenderResult Renderer::State::render(Laser& laser) {
   const double unit = std::sqrt(traced_.scene().radiance_unit);
   encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
-  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile)
-    for (int frame = 0; frame < plan.frames; ++frame)
+  for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
+    for (int frame = 0; frame < plan.hologram.frames; ++frame)
       encoder.run(carrier->carry(tile, frame), tile, frame);
   if (plan.refine) refiner.run(start ? *start : encoder.field, traced_.scene());
   return finish(laser);
@@ -184,7 +180,7 @@ void Renderer::State::make_plan(Laser& laser) {
   const auto* from = base_plan(laser) ? base_plan(laser) : &laser.plan;
   auto plan = raywave::make_plan(laser.scene, world_, options_.method, options_.rays_per_axis,
                                  device_.info().fp64, from);
-  if (!travels_alike(plan, laser.plan)) laser.stages->carrier = nullptr;
+  if (plan.carrier.index() != laser.plan.carrier.index()) laser.stages->carrier = nullptr;
   laser.plan = std::move(plan);
 }
 
@@ -193,7 +189,7 @@ CarrierOptions Renderer::State::carrier_options(Laser& laser) {
   options.filling = [this, &laser](std::size_t wrp, int frame) {
     const auto& plan = laser.plan;
     const auto [first, end] = plan.wrps_of(plan.wrps[wrp].tile);
-    const auto frames = static_cast<std::size_t>(plan.frames),
+    const auto frames = static_cast<std::size_t>(plan.hologram.frames),
                done =
                    frames * first + static_cast<std::size_t>(frame) * (end - first) + wrp - first;
     report(laser,
@@ -291,9 +287,9 @@ void Renderer::State::make_first_plan(Laser& laser) {
 void Renderer::State::keep_plane(Laser& laser, std::size_t wrp, const cl::ComplexBuffer& stack,
                                  int plane) {
   const auto& plan = laser.plan;
-  const auto size = plan.compact ? plan.compact->size : plan.tile_size;
+  const auto size = plan.gathered_size();
   const auto width = static_cast<std::size_t>(size.x), rows = static_cast<std::size_t>(size.y),
-             stride = plan.compact ? static_cast<std::size_t>(plan.compact->row_stride()) : width;
+             stride = plan.gathered_pixels() / rows;
   std::vector<std::complex<float>> samples(stride * rows);
   stack.read(samples, static_cast<std::size_t>(plane) * samples.size());
   for (std::size_t row = 1; row < rows && stride > width; ++row)
@@ -303,7 +299,7 @@ void Renderer::State::keep_plane(Laser& laser, std::size_t wrp, const cl::Comple
   auto& kept = laser.stages->kept_planes[wrp];
   kept.nx = size.x;
   kept.ny = size.y;
-  kept.frames = plan.frames;
+  kept.frames = plan.hologram.frames;
   kept.samples.insert(kept.samples.end(), samples.begin(), samples.end());
 }
 
@@ -409,7 +405,7 @@ void Renderer::set_light(std::size_t light, const Light& value) {
 }
 
 void Renderer::set_seed(std::uint32_t seed) {
-  for (auto& laser : state_->lasers_) laser.scene.sampling.seed = laser.plan.seed = seed;
+  for (auto& laser : state_->lasers_) laser.scene.sampling.seed = laser.plan.hologram.seed = seed;
 }
 
 void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = clip; }

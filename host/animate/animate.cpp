@@ -11,13 +11,13 @@
 
 #include "host/animate/contents.hpp"
 #include "host/animate/write_queue.hpp"
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/digest.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
-#include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
 #include "host/plan/message_text.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/trace/device_limits.hpp"
 #include "raywave_version.hpp"
 
@@ -89,7 +89,7 @@ void Animator::plan_laser(Laser& laser) {
 std::vector<std::string> Animator::laser_names() const {
   std::vector<std::string> names;
   for (const auto& laser : lasers_)
-    if (lasers_.size() > 1) names.push_back(laser_name(laser.plan->wavelength_m));
+    if (lasers_.size() > 1) names.push_back(laser_name(laser.plan->hologram.wavelength_m));
   return names;
 }
 
@@ -102,17 +102,16 @@ Camera Animator::camera(int picture) const {
   auto camera = camera_at(scene().animation.value(), picture);
   const auto& first = plan();
   if (!camera.depth_m) {
-    const double middle_m = (first.near_m + first.far_m) / 2;
-    camera.depth_m = std::abs(middle_m) < first.closest_m ? first.near_m : middle_m;
+    const double middle_m = (first.extent.near_m + first.extent.far_m) / 2;
+    camera.depth_m = std::abs(middle_m) < first.extent.closest_m ? first.extent.near_m : middle_m;
   }
   if (!camera.window_m) {
     // What lies beyond is dark: pixels show no steeper light
     glm::dvec2 lit_m(0);
     for (const auto& laser : lasers_) {
-      const auto sine = glm::min(laser.plan->largest_sine, glm::dvec2(0.99));
-      lit_m =
-          glm::max(lit_m, glm::dvec2(first.size) * first.pitch_m +
-                              2 * laser.plan->farthest_m() * sine / glm::sqrt(1.0 - sine * sine));
+      const auto sine = glm::min(laser.plan->hologram.largest_sine, glm::dvec2(0.99));
+      lit_m = glm::max(lit_m, first.window_m() + 2 * laser.plan->extent.farthest_m() * sine /
+                                                     glm::sqrt(1.0 - sine * sine));
     }
     camera.window_m = glm::min(2.0 * window_margin * reach_m_, lit_m);
   }
@@ -120,7 +119,7 @@ Camera Animator::camera(int picture) const {
 }
 
 glm::ivec2 Animator::stored_size() const {
-  const auto size = plan().size;
+  const auto size = plan().hologram.size;
   return plan().slm.rotate_deg % 180 == 0 ? size : glm::ivec2(size.y, size.x);
 }
 
@@ -135,8 +134,8 @@ std::string Animator::run_name(FrameStorage storage) const {
     const auto& base = *laser.base;
     for (const auto& part :
          {digest_of_contents(laser.scene, world_),
-          std::to_string(base.tile_grid.x) + " x " + std::to_string(base.tile_grid.y),
-          std::to_string(base.most_layers), std::string(base.compact ? "compact" : "spectrum")})
+          std::to_string(base.tiling.grid.x) + " x " + std::to_string(base.tiling.grid.y),
+          std::to_string(base.most_layers), std::string(name_of(propagation_of(base)))})
       text += part + '\n';
   }
   return hash_name(text);
@@ -241,7 +240,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
       for (std::size_t i = 0; i < levels->size(); ++i) {
         const auto& of_laser = plan(i % lasers());
         auto& one = (*levels)[i];
-        one = for_slm(LevelPicture{of_laser.size, std::move(one)}, of_laser.slm).levels;
+        one = for_slm(LevelPicture{of_laser.hologram.size, std::move(one)}, of_laser.slm).levels;
       }
       files.add(*levels, line);
     });
@@ -262,10 +261,10 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
   const auto& animation = scene.animation.value();
   nlohmann::ordered_json line{{"picture", picture},
                               {"time_s", picture / animation.rate_per_s},
-                              {"seed", result.plan.seed},
+                              {"seed", result.plan.hologram.seed},
                               {"samples", result.samples},
-                              {"near_m", result.plan.near_m},
-                              {"far_m", result.plan.far_m},
+                              {"near_m", result.plan.extent.near_m},
+                              {"far_m", result.plan.extent.far_m},
                               {"planes", result.plan.wrps.size()}};
   auto& objects = line["objects"] = nlohmann::ordered_json::array();
   for (const auto i : moving_objects(animation)) {

@@ -137,11 +137,13 @@ public:
       : device_(device), fft_(fft), animator_(animator), colours_(animator.colours()) {
     for (std::size_t i = 0; i < animator.lasers(); ++i) {
       const auto& plan = animator.plan(i);
-      lasers_.push_back({Panel(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m), {}});
+      lasers_.push_back(
+          {Panel(plan.slm, plan.hologram.size, plan.hologram.pitch_m, plan.hologram.wavelength_m),
+           {}});
       auto& spec = lasers_.back().spec;
-      spec.resolution = plan.size;
-      spec.pitch_m = plan.pitch_m;
-      spec.wavelength_m = plan.wavelength_m;
+      spec.resolution = plan.hologram.size;
+      spec.pitch_m = plan.hologram.pitch_m;
+      spec.wavelength_m = plan.hologram.wavelength_m;
     }
     if (!colours_) return;
     powers_ = FrameFiles::powers(folder);

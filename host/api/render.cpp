@@ -92,7 +92,8 @@ Hologram hologram_of(const std::vector<raywave::Scene>& scenes, Rendered result,
   std::vector<LaserFiles> files;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const auto& laser = result.lasers[i];
-    files.push_back(files_of_laser(laser, laser_suffix(laser.plan.wavelength_m, scenes.size()),
+    files.push_back(files_of_laser(laser,
+                                   laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()),
                                    !laser.field.samples.empty(), false));
     auto report = text_of(render_report_json(scenes[i], laser, device, opened.fft));
     state->lasers.push_back({laser.plan, laser.panel, std::move(report), laser.notes});
@@ -181,12 +182,13 @@ Hologram::Hologram(std::shared_ptr<const State> state)
     : state_(std::move(state)), lasers_(state_->lasers.size()) {}
 Hologram::Hologram(std::shared_ptr<const State> state, std::size_t first, std::size_t lasers)
     : state_(std::move(state)), first_(first), lasers_(lasers) {}
-int Hologram::nx() const { return state_->lasers[first_].plan.size.x; }
-int Hologram::ny() const { return state_->lasers[first_].plan.size.y; }
-int Hologram::frames() const { return state_->lasers[first_].plan.frames; }
+int Hologram::nx() const { return state_->lasers[first_].plan.hologram.size.x; }
+int Hologram::ny() const { return state_->lasers[first_].plan.hologram.size.y; }
+int Hologram::frames() const { return state_->lasers[first_].plan.hologram.frames; }
 Pixels Hologram::pixels() const {
   const auto& plan = state_->lasers[first_].plan;
-  return {{plan.pitch_m.x, plan.pitch_m.y}, lasers_ > 1 ? 0 : plan.wavelength_m};
+  return {{plan.hologram.pitch_m.x, plan.hologram.pitch_m.y},
+          lasers_ > 1 ? 0 : plan.hologram.wavelength_m};
 }
 
 int Hologram::lasers() const { return static_cast<int>(lasers_); }
@@ -194,7 +196,7 @@ int Hologram::lasers() const { return static_cast<int>(lasers_); }
 std::vector<double> Hologram::wavelengths_m() const {
   std::vector<double> all;
   for (std::size_t i = 0; i < lasers_; ++i)
-    all.push_back(state_->lasers[first_ + i].plan.wavelength_m);
+    all.push_back(state_->lasers[first_ + i].plan.hologram.wavelength_m);
   return all;
 }
 
@@ -224,7 +226,7 @@ Levels Hologram::for_slm(int frame) const {
   const auto& plan = state_->lasers[first_].plan;
   const auto size = static_cast<std::size_t>(nx()) * static_cast<std::size_t>(ny());
   const auto all = levels().subspan(size * static_cast<std::size_t>(frame), size);
-  LevelPicture picture{plan.size, {all.begin(), all.end()}};
+  LevelPicture picture{plan.hologram.size, {all.begin(), all.end()}};
   picture = raywave::for_slm(std::move(picture), plan.slm);
   return {picture.size_px.x, picture.size_px.y, 1, 8, std::move(picture.levels), {}};
 }

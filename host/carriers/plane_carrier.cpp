@@ -14,9 +14,13 @@ PlaneCarrier::PlaneCarrier(const cl::Device& device, CarrierOptions options, Sta
 void PlaneCarrier::prepare(const DeviceScene& scene, std::shared_ptr<const SampleTable> table) {
   const StageClock clock(times_, "samples");
   frames_together_ = frames_together(*plan_, device_.info().largest_buffer_bytes);
-  const KernelKey key{
-      plan_->aimed,     is_near_hologram(*plan_), plan_->bounces, plan_->beyond_diffraction,
-      plan_->precision, frames_together_,         scene.options};
+  const KernelKey key{plan_->samples.aimed,
+                      is_near_hologram(*plan_),
+                      plan_->specular.bounces,
+                      plan_->beyond_diffraction,
+                      plan_->precision,
+                      frames_together_,
+                      scene.options};
   if (!has_source_ || key != built_for_ || table_ != table) {
     release();
     table_ = std::move(table);
@@ -47,8 +51,8 @@ void PlaneCarrier::make_stacks() {
 }
 
 void PlaneCarrier::make_field() {
-  const auto pixels =
-      static_cast<std::size_t>(plan_->tile_size.x) * static_cast<std::size_t>(plan_->tile_size.y);
+  const auto pixels = static_cast<std::size_t>(plan_->tiling.tile_size.x) *
+                      static_cast<std::size_t>(plan_->tiling.tile_size.y);
   if (field_.size() != pixels) field_ = {device_, pixels, "field at the hologram"};
 }
 
@@ -60,7 +64,7 @@ FilledPlane PlaneCarrier::filled(std::size_t number, int frame) {
   if (number == first) make_stacks();
   const auto place = frames_together_ > 1 ? number - first : 0;
   if (within == 0) {
-    if (number == first) start(plan_->seed + static_cast<std::uint32_t>(frame));
+    if (number == first) start(plan_->hologram.seed + static_cast<std::uint32_t>(frame));
     const StageClock clock(times_, "trace");
     const bool is_whole = options_.filled || options_.fft != cl::FftBackend::host;
     lit_[place] = fill(wrp, stacks_[place], is_whole);

@@ -113,12 +113,12 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
                   FrameStorage storage, const std::string& run, PictureRange there) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
-  hologram.resolution = animator.plan().size;
+  hologram.resolution = animator.plan().hologram.size;
   const bool is_stream = storage == FrameStorage::stream;
   const auto json_of = [&](std::size_t laser) {
     const auto& plan = animator.plan(laser);
     auto spec = hologram;
-    spec.wavelength_m = plan.wavelength_m;
+    spec.wavelength_m = plan.hologram.wavelength_m;
     auto one = encoded_report(spec, plan.slm, schedule.holograms(), PictureFormat::png, {});
     one.erase("format");
     one.erase("pictures");

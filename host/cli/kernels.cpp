@@ -52,8 +52,8 @@ void use(const cl::Device& device, const std::vector<Scene>& lasers, ProgressBar
   }
   for (const auto& laser : results) {
     LensSpec lens;
-    lens.z_m = laser.plan.far_m;
-    lens.window_m = laser.plan.pitch_m;
+    lens.z_m = laser.plan.extent.far_m;
+    lens.window_m = laser.plan.hologram.pitch_m;
     lens.points = 1;
     lens_picture(device, laser.plan, DeviceScene(device, world, laser.plan), lens);
   }

@@ -11,7 +11,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/forecast.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {

@@ -24,8 +24,8 @@
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/slm_json.hpp"
 #include "host/forecast/tuning.hpp"
-#include "host/plan/make_plan.hpp"
 #include "host/plan/message_text.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "host/scene/image.hpp"
@@ -207,8 +207,8 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   if (is_colour) work.powers = rendered.powers;
   std::vector<LaserFiles> files;
   for (const auto& laser : rendered.lasers)
-    files.push_back(
-        files_of_laser(laser, laser_suffix(laser.plan.wavelength_m, scenes.size()), false, true));
+    files.push_back(files_of_laser(
+        laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), false, true));
   work.report = report_json(scenes, rendered, files, device.info(), how.fft);
   for (const auto& laser : rendered.lasers) add_lines(notes, laser.notes);
   for (const auto& note : notes) options.report.note(note);
@@ -224,7 +224,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     unrefined.refine = std::nullopt;
     task.slm = make_plan(unrefined, world).slm;
     task.blur_m = settings.blur_m.value();
-    task.middle_m = (plan.near_m + plan.far_m) / 2;
+    task.middle_m = (plan.extent.near_m + plan.extent.far_m) / 2;
     task.field = std::move(laser.field);
     task.refined = std::move(laser.refined.value());
     task.levels = std::move(laser.levels);
@@ -237,7 +237,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
       depths_m.push_back(task.refined.places[k].z_m);
       task.judged.push_back({KeyRole::optimised, task.refined.keys[k]});
     }
-    const auto unseen = unseen_places(depths_m, plan.near_m);
+    const auto unseen = unseen_places(depths_m, plan.extent.near_m);
     if (arrays)
       arrays->show(plan);
     else

@@ -13,6 +13,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
@@ -46,8 +47,7 @@ struct RenderArguments {
 std::string planes_text(const Plan& plan, Method method) {
   if (method != Method::wrp) return "";
   const auto count = plan.wrps.size();
-  return " over " + std::to_string(count) + (plan.compact ? " virtual plane" : " WRP") +
-         (count == 1 ? "" : "s");
+  return " over " + std::to_string(count) + " " + plane_name(plan) + (count == 1 ? "" : "s");
 }
 
 /// "9.51 s (samples 5.38 s, trace 3.33 s)": all of it, and the stages that take most of it.
@@ -78,12 +78,14 @@ std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
                      const Rendered& result) {
   std::array<std::size_t, 3> order{0, 1, 2};
   std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return result.lasers[a].plan.wavelength_m > result.lasers[b].plan.wavelength_m;
+    return result.lasers[a].plan.hologram.wavelength_m >
+           result.lasers[b].plan.hologram.wavelength_m;
   });
   std::array<LevelPicture, 3> pictures;
   for (std::size_t i = 0; i < 3; ++i) {
     const auto& laser = result.lasers[order[i]];
-    pictures[i] = for_slm(LevelPicture{laser.plan.size, laser.levels[frame]}, laser.plan.slm);
+    pictures[i] =
+        for_slm(LevelPicture{laser.plan.hologram.size, laser.levels[frame]}, laser.plan.slm);
   }
   std::vector<std::uint8_t> pixels;
   for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
@@ -98,8 +100,8 @@ LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::stri
                       bool keeps_field) {
   const auto files = files_of_laser(laser, suffix, keeps_field, keeps_field);
   for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
-    out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.size, laser.levels[frame],
-                          "png", "hologram" + suffix));
+    out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.hologram.size,
+                          laser.levels[frame], "png", "hologram" + suffix));
   const auto save_field = [&](const std::string& file, const FieldStack& field) {
     save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
     out.add(file);
@@ -107,8 +109,8 @@ LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::stri
   if (!files.field.empty()) save_field(files.field, laser.field);
   if (!files.refined.empty()) save_field(files.refined, laser.refined->phases);
   for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
-    save_field((laser.plan.compact ? "virtual_plane" : "wrp") + suffix + "_" +
-                   std::to_string(wrp + 1) + ".npy",
+    save_field((propagation_of(laser.plan) == WrpPropagation::compact ? "virtual_plane" : "wrp") +
+                   suffix + "_" + std::to_string(wrp + 1) + ".npy",
                laser.wrps[wrp]);
   return files;
 }
@@ -162,8 +164,8 @@ void run_render(const RenderArguments& options) {
 
   std::vector<LaserFiles> files;
   for (const auto& laser : result.lasers)
-    files.push_back(save_laser(out, laser, laser_suffix(laser.plan.wavelength_m, scenes.size()),
-                               how.keep_field));
+    files.push_back(save_laser(
+        out, laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), how.keep_field));
   for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
     out.add(save_rgb(out.folder(), frame, result));
   const auto report = out.finish(report_json(scenes, result, files, device.info(), how.fft));
@@ -172,8 +174,8 @@ void run_render(const RenderArguments& options) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       const auto& laser = result.lasers[i];
       const auto& plan = laser.plan;
-      if (is_colour) std::printf("%s: ", length_text(plan.wavelength_m).c_str());
-      std::printf("%d x %d hologram%s in %s on %s", plan.size.x, plan.size.y,
+      if (is_colour) std::printf("%s: ", length_text(plan.hologram.wavelength_m).c_str());
+      std::printf("%d x %d hologram%s in %s on %s", plan.hologram.size.x, plan.hologram.size.y,
                   planes_text(plan, how.method).c_str(), time_text(laser.seconds).c_str(),
                   device.info().name.c_str());
       if (is_colour) std::printf("; power %.3f", result.powers[i]);

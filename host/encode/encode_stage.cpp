@@ -11,7 +11,8 @@ namespace raywave {
 namespace {
 
 std::size_t pixels_of(const Plan& plan) {
-  return static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+  return static_cast<std::size_t>(plan.hologram.size.x) *
+         static_cast<std::size_t>(plan.hologram.size.y);
 }
 
 }  // namespace
@@ -39,26 +40,27 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip) {
   encoded_ = 0;
   has_light_ = false;
   if (!encoder_) {
-    panel_ = std::make_shared<Panel>(plan.slm, plan.size, plan.pitch_m, plan.wavelength_m);
+    panel_ = std::make_shared<Panel>(plan.slm, plan.hologram.size, plan.hologram.pitch_m,
+                                     plan.hologram.wavelength_m);
     encoder_.emplace(device_, panel_);
   }
   encoder_->show_up_to(clip);
-  const auto frames = static_cast<std::size_t>(plan.frames);
+  const auto frames = static_cast<std::size_t>(plan.hologram.frames);
   levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
   field = {};
   if (keep_field_ || encodes_whole(plan))
-    field = {plan.size.x, plan.size.y, plan.frames,
+    field = {plan.hologram.size.x, plan.hologram.size.y, plan.hologram.frames,
              std::vector<std::complex<float>>(frames * pixels_of(plan))};
 }
 
 template <class T>
 cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, std::size_t tile,
                                     std::span<T> hologram) const {
-  const auto first = plan_->tiles[tile].first;
-  const auto width = static_cast<std::size_t>(plan_->size.x);
+  const auto first = plan_->tiling.tiles[tile].first;
+  const auto width = static_cast<std::size_t>(plan_->hologram.size.x);
   const auto at = static_cast<std::size_t>(first.y) * width + static_cast<std::size_t>(first.x);
-  return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(plan_->tile_size.x),
-                                 width);
+  return from.start_reading_rows(hologram.data() + at,
+                                 static_cast<std::size_t>(plan_->tiling.tile_size.x), width);
 }
 
 void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
@@ -70,7 +72,7 @@ void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame)
     copies_[buffer].wait();
     const double clip = encoder_->clip_of(at_hologram);
     has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
-    const PixelWindow window{plan_->tiles[tile].first, plan_->tile_size};
+    const PixelWindow window{plan_->tiling.tiles[tile].first, plan_->tiling.tile_size};
     copies_[buffer] = start_reading(encoder_->levels_of(at_hologram, window, clip, buffer), tile,
                                     std::span(levels[number]));
     device_.finish();

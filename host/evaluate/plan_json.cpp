@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <nlohmann/json.hpp>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -91,36 +91,25 @@ Json json_of(const Planned& planned, const World& world) {
 }  // namespace
 
 Json plan_json(const Plan& plan) {
-  Json j{{"tiles", json_of(plan.tile_grid)},
-         {"tile_size", json_of(plan.tile_size)},
-         {"why_tiles", plan.why_tiles},
-         {"propagation", plan.compact ? "compact" : "spectrum"},
-         {"why_propagation", plan.why_propagation},
+  Json j{{"tiles", json_of(plan.tiling.grid)},
+         {"tile_size", json_of(plan.tiling.tile_size)},
+         {"why_tiles", plan.tiling.why},
+         {"propagation", name_of(propagation_of(plan))},
+         {"why_propagation", plan.why_carrier},
          {"grid", json_of(plan.grid)},
-         {"near_m", plan.near_m},
-         {"far_m", plan.far_m},
-         {"padded", json_of(plan.padded)},
+         {"near_m", plan.extent.near_m},
+         {"far_m", plan.extent.far_m},
+         {"padded", json_of(transformed_size(plan))},
          {"cone_error", cone_error_of(plan)},
-         {"padding_error", padding_error_of(plan)},
+         {"propagation_error", propagation_error_of(plan)},
          {"rays", primary_rays(plan)}};
-  if (plan.bounces > 0)
-    j["mirrors"] = {{"surfaces", plan.bounces}, {"bounces", name_of(plan.bounces_as)}};
-  if (plan.bounces > 0 && plan.has_specular_samples())
-    j["mirrors"]["images"] = {{"near_m", plan.images.near_m},
-                              {"far_m", plan.images.far_m},
-                              {"light_beyond", plan.images.beyond}};
-  if (const auto& c = plan.compact)
-    j["compact"] = {{"size", json_of(c->size)},
-                    {"bell", c->bell},
-                    {"margin_px", c->margin_px},
-                    {"rough_margin_px", c->rough_margin_px},
-                    {"lines", c->lines},
-                    {"lines_tolerance", c->lines_tolerance},
-                    {"window_error", c->window_error},
-                    {"lines_error", c->lines_error},
-                    {"highlight_lines", c->highlight_lines},
-                    {"highlight_margin_px", c->highlight_margin_px},
-                    {"highlights_error", c->highlights_error}};
+  if (plan.specular.bounces > 0)
+    j["mirrors"] = {{"surfaces", plan.specular.bounces}, {"bounces", name_of(plan.specular.as)}};
+  if (plan.specular.bounces > 0 && plan.has_specular_samples())
+    j["mirrors"]["images"] = {{"near_m", plan.specular.images.near_m},
+                              {"far_m", plan.specular.images.far_m},
+                              {"light_beyond", plan.specular.images.beyond}};
+  add_report(plan, j);
   for (const auto& s : plan.layers) {
     j["layers"].push_back({{"distance_m", s.distance_m},
                            {"near_m", s.min_m.z},
@@ -129,7 +118,7 @@ Json plan_json(const Plan& plan) {
   }
   for (const auto& w : plan.wrps) {
     j["wrps"].push_back({{"centre_m", json_of(w.centre_m)}, {"layer", w.layer}, {"tile", w.tile}});
-    if (!plan.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
+    if (!plan.samples.aimed) j["wrps"].back()["rays_per_pixel"] = w.fan.size();
   }
   return j;
 }
@@ -170,8 +159,8 @@ Json plan_report_json(const std::vector<Planned>& planned, const World& world) {
   Json j{{"colour", colour_json(first.colour.value())}};
   for (std::size_t i = 0; i < planned.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
-    const auto field =
-        field_m(first.hologram, planned[i].plan.wavelength_m, (world.min_m.z + world.max_m.z) / 2);
+    const auto field = field_m(first.hologram, planned[i].plan.hologram.wavelength_m,
+                               (world.min_m.z + world.max_m.z) / 2);
     laser["field_m"] = {2 * field.x, 2 * field.y};
     laser["plan"] = json_of(planned[i], world);
   }

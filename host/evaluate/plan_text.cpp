@@ -6,10 +6,10 @@
 #include <numbers>
 #include <sstream>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -50,9 +50,10 @@ void add_found_text(const FoundMaterials& found, Rows& out) {
 }
 
 void add_hologram(const Plan& plan, const SlmLight& light, Rows& out) {
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
-  out << "hologram  " << plan.size.x << " x " << plan.size.y << " pixels, " << mm(window.x) << " x "
-      << mm(window.y) << ", wavelength " << plan.wavelength_m * 1e9 << " nm\n";
+  const glm::dvec2 window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
+  out << "hologram  " << plan.hologram.size.x << " x " << plan.hologram.size.y << " pixels, "
+      << mm(window.x) << " x " << mm(window.y) << ", wavelength "
+      << plan.hologram.wavelength_m * 1e9 << " nm\n";
   out << "SLM       " << name_of(plan.slm.encoding) << ", ";
   if (plan.slm.stop)
     out << "its stop passes " << std::round(1000 * light.through_stop) / 10 << " % of the light, ";
@@ -95,11 +96,11 @@ void add_scene(const Scene& scene, const World& world, const Plan& plan, Rows& o
         << " directions from every place of a surface, highlights in "
         << directions_of(scene.lights, [](const Light& l) { return l.highlights; }) << "\n";
   out << "scene     " << world.triangles.size() << " triangles, " << mm(extent.x) << " x "
-      << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.near_m) << " to "
-      << mm(plan.far_m) << " from the hologram\n";
-  if (scene.viewer.eyepiece_m && plan.near_m + scene.viewer.eyepiece_distance_m > 0)
-    out << "eyepiece  shows it at " << number(dioptres_of_depth(scene.viewer, plan.near_m))
-        << " D to " << number(dioptres_of_depth(scene.viewer, plan.far_m)) << " D\n";
+      << mm(extent.y) << " x " << mm(extent.z) << ", " << mm(plan.extent.near_m) << " to "
+      << mm(plan.extent.far_m) << " from the hologram\n";
+  if (scene.viewer.eyepiece_m && plan.extent.near_m + scene.viewer.eyepiece_distance_m > 0)
+    out << "eyepiece  shows it at " << number(dioptres_of_depth(scene.viewer, plan.extent.near_m))
+        << " D to " << number(dioptres_of_depth(scene.viewer, plan.extent.far_m)) << " D\n";
 }
 
 void add_illumination(const Scene& scene, const Plan& plan, Rows& out) {
@@ -113,16 +114,17 @@ void add_illumination(const Scene& scene, const Plan& plan, Rows& out) {
       out << "diverging from " << mm(-*falling.focus_m) << " beyond it";
     out << ", its middle ray " << number(degrees_of(falling.sine.x)) << " x "
         << number(degrees_of(falling.sine.y)) << " degrees off the axis; pixels turn it by "
-        << number(degrees_of(plan.largest_sine.x)) << " x "
-        << number(degrees_of(plan.largest_sine.y)) << " degrees at most\n";
+        << number(degrees_of(plan.hologram.largest_sine.x)) << " x "
+        << number(degrees_of(plan.hologram.largest_sine.y)) << " degrees at most\n";
   }
 }
 
 /// Tiles, and WRPs or virtual planes.
 void add_planes(const Plan& plan, Rows& out) {
-  if (plan.tiles.size() > 1)
-    out << "tiles     " << plan.tile_grid.x << " x " << plan.tile_grid.y << " of "
-        << plan.tile_size.x << " x " << plan.tile_size.y << " pixels, one after another\n";
+  if (plan.tiling.tiles.size() > 1)
+    out << "tiles     " << plan.tiling.grid.x << " x " << plan.tiling.grid.y << " of "
+        << plan.tiling.tile_size.x << " x " << plan.tiling.tile_size.y
+        << " pixels, one after another\n";
   for (const auto& layer : plan.layers) {
     const auto lit = std::count_if(plan.wrps.begin(), plan.wrps.end(),
                                    [&](const Wrp& w) { return &plan.layer_of(w) == &layer; });
@@ -131,46 +133,50 @@ void add_planes(const Plan& plan, Rows& out) {
              "pixels show\n";
       break;
     }
-    out << (plan.compact ? "planes    " : "WRPs      ") << layer.grid.x << " x " << layer.grid.y;
+    out << (propagation_of(plan) == WrpPropagation::compact ? "planes    " : "WRPs      ")
+        << layer.grid.x << " x " << layer.grid.y;
     if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
     out << " at " << mm(layer.distance_m);
     if (plan.layers.size() == 1)
-      out << ", " << mm(std::abs(plan.near_m - layer.distance_m))
-          << (layer.distance_m > plan.near_m ? " behind" : " in front of")
+      out << ", " << mm(std::abs(plan.extent.near_m - layer.distance_m))
+          << (layer.distance_m > plan.extent.near_m ? " behind" : " in front of")
           << " the nearest surface\n";
     else
       out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";
     for (const auto& w : plan.wrps) {
       if (&plan.layer_of(w) != &layer) continue;
       out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
-      if (!plan.aimed) out << ": " << w.fan.size() << " rays per pixel";
+      if (!plan.samples.aimed) out << ": " << w.fan.size() << " rays per pixel";
       out << "\n";
     }
   }
 }
 
 void add_samples(const Scene& scene, const Plan& plan, Rows& out) {
-  if (plan.bounces > 0) {
-    out << "mirrors   up to " << plan.bounces << " mirrors and surfaces of glass on a path, ";
+  if (plan.specular.bounces > 0) {
+    out << "mirrors   up to " << plan.specular.bounces
+        << " mirrors and surfaces of glass on a path, ";
     if (plan.has_specular_samples()) {
       out << (has_fitted_paths(plan) ? "samples with a path fitted to the window"
                                      : "samples of virtual points");
       if (scene.trace.bounces == Bounces::automatic) out << " (auto)";
-      if (!plan.images.all.empty())
-        out << "; seen from " << mm(plan.images.near_m) << " to " << mm(plan.images.far_m) << ", "
-            << number(100 * plan.images.beyond) << " % of the light elsewhere";
+      if (!plan.specular.images.all.empty())
+        out << "; seen from " << mm(plan.specular.images.near_m) << " to "
+            << mm(plan.specular.images.far_m) << ", " << number(100 * plan.specular.images.beyond)
+            << " % of the light elsewhere";
       out << "\n";
     } else {
       out << "fans of rays\n";
     }
   }
-  if (plan.aimed)
+  if (plan.samples.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at "
         << mm(plan.lattice.full_z_m + plan.lattice.eye_m.z) << "\n";
-  out << "rays      " << (plan.aimed ? "about " : "") << primary_rays(plan) << " per frame, "
-      << scene.sampling.frames << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
+  out << "rays      " << (plan.samples.aimed ? "about " : "") << primary_rays(plan)
+      << " per frame, " << scene.sampling.frames
+      << (scene.sampling.frames == 1 ? " frame\n" : " frames\n");
 }
 
 /// Precision, and the errors of what carries light to the hologram.
@@ -180,19 +186,13 @@ void add_errors(const Scene& scene, const Plan& plan, Rows& out) {
       << ", predicted phase error " << number(error) << " turn"
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
-  const int most_lines = plan.compact ? plan.compact->most_lines() : 0;
-  if (plan.compact)
-    out << "virtual   planes of " << plan.compact->size.x << " x " << plan.compact->size.y << ", "
-        << (plan.compact->lines_tolerance > 0 && most_lines > 1 ? "up to " : "") << most_lines
-        << (most_lines == 1 ? " scan line" : " scan lines") << " of a sample; error predicted "
-        << number(100 * plan.compact->error()) << " %\n";
-  if (plan.aimed && !plan.compact && !is_near_hologram(plan))
-    out << "cone      " << plan.cone_half_width << " half holograms to each side, apodization "
-        << plan.apodization << ", error predicted " << number(100 * cone_error_of(plan)) << " %\n";
-  if (!plan.compact && !plan.is_at_hologram())
-    out << "transform " << plan.padded.x << " x " << plan.padded.y << " (padding "
-        << scene.wrp.padding << "), propagation error predicted "
-        << number(100 * padding_error_of(plan)) << " %\n";
+  if (plan.samples.aimed && propagation_of(plan) == WrpPropagation::spectrum &&
+      !is_near_hologram(plan))
+    out << "cone      " << plan.cone.half_width << " half holograms to each side, apodization "
+        << plan.cone.apodization << ", error predicted " << number(100 * cone_error_of(plan))
+        << " %\n";
+  for (const auto& [name, text] : report_rows(plan))
+    out << name << std::string(10 - name.size(), ' ') << text << '\n';
 }
 
 void add_kernels(const Plan& plan, Rows& out) {
@@ -296,7 +296,7 @@ std::string plan_report_text(const std::vector<Planned>& planned, const World& w
   Rows out;
   if (planned.size() > 1) add_lasers(planned, world, out);
   for (const auto& plan : planned) {
-    if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.wavelength_m) << "\n";
+    if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.hologram.wavelength_m) << "\n";
     add_plan(plan, world, out);
   }
   return out.str();

@@ -10,7 +10,7 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -160,14 +160,14 @@ public:
         arrays_(device, world, plans_[0]) {
     glm::dvec2 all_m(0);
     for (const auto& plan : plans_)
-      all_m = glm::max(all_m, glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
+      all_m = glm::max(all_m, glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m);
     const auto& plan = plans_[0];
     window_m_ = what.window_m.value_or(all_m);
     depths_m_ = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
     QualityResult empty;
-    empty.picture_size = picture_size(window_m_, plan.size, plan.pitch_m);
-    empty.blur_px =
-        what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m) / plan.pitch_m.x;
+    empty.picture_size = picture_size(window_m_, plan.hologram.size, plan.hologram.pitch_m);
+    empty.blur_px = what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m) /
+                    plan.hologram.pitch_m.x;
     empty.border_px = what.border_px;
     results_.assign(frame_counts_.size(), empty);
     for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -230,7 +230,7 @@ private:
                          result.blur_px / what_.square_px, what_.border_px / what_.square_px);
       done.view = view.name;
       done.z_m = z_m;
-      const auto& size = plans_[0].size;
+      const auto& size = plans_[0].hologram.size;
       for (std::size_t i = 0; i < scenes_.size(); ++i)
         done.light_share += light_in_picture(seen[i], shown[i]) * what_.square_px *
                             what_.square_px / (static_cast<double>(size.x) * size.y) / count();

@@ -107,7 +107,7 @@ std::string laser_suffix(double wavelength_m, std::size_t lasers) {
 LaserFiles files_of_laser(const RenderResult& laser, const std::string& suffix, bool keeps_field,
                           bool keeps_refined) {
   LaserFiles files;
-  for (int frame = 0; frame < laser.plan.frames; ++frame)
+  for (int frame = 0; frame < laser.plan.hologram.frames; ++frame)
     files.pictures.push_back("hologram" + suffix +
                              (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png");
   if (keeps_field) files.field = "field" + suffix + ".npy";

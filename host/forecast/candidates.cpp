@@ -7,13 +7,14 @@
 #include <limits>
 #include <numbers>
 
+#include "host/carriers/planning/facts.hpp"
+#include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/forecast/propagation_errors.hpp"
 #include "host/plan/lattice.hpp"
-#include "host/plan/make_plan.hpp"
 #include "host/plan/padded_plane.hpp"
-#include "host/plan/tiles.hpp"
+#include "host/planning/make_plan.hpp"
+#include "host/planning/tiles.hpp"
 
 namespace raywave {
 namespace {
@@ -51,15 +52,16 @@ double detail_for_eye_m(const Scene& scene, const Plan& plan) {
   // however near it is. Real images before the hologram are nearer to the eye
   const double eye_m =
       scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m : scene.viewer.distance_m;
-  return arc_minute * std::max(eye_m + (plan.near_m + plan.far_m) / 2, eye_m / 4);
+  return arc_minute * std::max(eye_m + (plan.extent.near_m + plan.extent.far_m) / 2, eye_m / 4);
 }
 
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {
   double limit = 0;
   for (int axis = 0; axis < 2; ++axis)
-    limit = std::max(limit, is_near_hologram(plan) ? plan.pitch_m[axis]
-                                                   : plan.wavelength_m * plan.lattice.full_z_m /
-                                                         (plan.size[axis] * plan.pitch_m[axis]));
+    limit = std::max(limit, is_near_hologram(plan)
+                                ? plan.hologram.pitch_m[axis]
+                                : plan.hologram.wavelength_m * plan.lattice.full_z_m /
+                                      (plan.hologram.size[axis] * plan.hologram.pitch_m[axis]));
   return std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
 }
 
@@ -79,7 +81,7 @@ Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigur
 
 const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
   const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
-    return l.layers == layers && l.gathering.plan.cone() == cone;
+    return l.layers == layers && l.gathering.plan.cone == cone;
   });
   return found->model;
 }
@@ -89,7 +91,7 @@ std::vector<Choice> Candidates::choices(double most_cone_error) {
     throw InputError(one_line(scene_.file.string()) +
                      ": pictures of surfaces in the hologram's plane, or near it, cannot be "
                      "predicted; give sampling.pitch and sampling.frames instead of a goal");
-  if (!plan_.aimed)
+  if (!plan_.samples.aimed)
     throw InputError(one_line(scene_.file.string()) +
                      ": pictures of sampling.mode \"fan\" cannot be predicted; give "
                      "sampling.pitch, sampling.frames and wrp.padding "
@@ -113,9 +115,10 @@ std::vector<Choice> Candidates::choices(double most_cone_error) {
 /// that counts and the hologram's limit.
 std::vector<double> Candidates::pitches() const {
   if (scene_.given.contains("sampling.pitch")) return {scene_.sampling.pitch_m};
-  const double finest =
-      std::max(plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.x * plan_.pitch_m.x),
-               plan_.wavelength_m * plan_.lattice.full_z_m / (plan_.size.y * plan_.pitch_m.y));
+  const double finest = std::max(plan_.hologram.wavelength_m * plan_.lattice.full_z_m /
+                                     (plan_.hologram.size.x * plan_.hologram.pitch_m.x),
+                                 plan_.hologram.wavelength_m * plan_.lattice.full_z_m /
+                                     (plan_.hologram.size.y * plan_.hologram.pitch_m.y));
   std::vector<double> pitches_m;
   for (const double share : pitches_of_resolution) {
     if (const double p = round_pitch(share * resolution_m_); pitches_m.empty() || p >= finest)
@@ -129,9 +132,9 @@ std::vector<double> Candidates::pitches() const {
 void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
                              std::vector<Choice>& all) const {
   for (std::size_t first = 0; first < layouts_.size();) {
-    const auto cone = layouts_[first].gathering.plan.cone();
+    const auto cone = layouts_[first].gathering.plan.cone;
     auto end = first;
-    while (end < layouts_.size() && layouts_[end].gathering.plan.cone() == cone) ++end;
+    while (end < layouts_.size() && layouts_[end].gathering.plan.cone == cone) ++end;
     const auto pattern = lattice_pattern(*layouts_[first].model, pitch_m);
     for (const int frames : counts) {
       double least_s = std::numeric_limits<double>::infinity();
@@ -141,7 +144,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
                        .padding = 1,
                        .frames = frames,
                        .layers = layout.layers,
-                       .compact = layout.gathering.plan.compact.has_value(),
+                       .propagation = propagation_of(layout.gathering.plan),
                        .cone = cone};
         const double seconds = seconds_of(c, layout.gathering);
         if (!(seconds < (1 - least_saving) * least_s)) continue;
@@ -154,7 +157,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
 }
 
 void Candidates::add(Layout layout) {
-  if (plan_.aimed && !is_near_hologram(plan_)) {
+  if (plan_.samples.aimed && !is_near_hologram(plan_)) {
     auto seen = layout.gathering.plan;
     seen.grid = plan_.grid;  // pictures of one size are compared
     layout.model = picture_model(view_, seen, resolution_m_);
@@ -165,13 +168,14 @@ void Candidates::add(Layout layout) {
 /// Adds more and more layers, as long as they save time on the finest lattice, with the fewest
 /// frames or the most, and there are surfaces in them.
 void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
-  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") || !plan_.aimed)
+  if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
+      !plan_.samples.aimed)
     return;
   for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
     auto scene = scene_;
     scene.wrp.layers = layers;
-    scene.wrp.propagation = plan_.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
-    scene.hologram.tiles = plan_.tile_grid;
+    scene.wrp.propagation = propagation_of(plan_);
+    scene.hologram.tiles = plan_.tiling.grid;
     auto more = layout(layers, make_plan(scene, world_, Method::wrp, 100, device_.has_doubles));
     if (more.gathering.plan.layers.size() == layouts_.back().gathering.plan.layers.size()) return;
     const auto saves = [&](int frames) {
@@ -187,20 +191,20 @@ void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& count
 /// Adds the same layers with other cones, which change neither planes nor lattice enough to count.
 void Candidates::add_cones(double most_error) {
   const auto layers = layouts_.size();
-  auto tried = std::vector{plan_.cone()};
+  auto tried = std::vector{plan_.cone};
   for (auto cone : cones_tried) {
-    if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone_half_width;
-    if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.apodization;
+    if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone.half_width;
+    if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.cone.apodization;
     if (cone.apodization > cone.half_width || cone.field_error() > most_error ||
         std::find(tried.begin(), tried.end(), cone) != tried.end())
       continue;
     tried.push_back(cone);
     for (std::size_t i = 0; i < layers; ++i) {
-      if (layouts_[i].gathering.plan.compact) continue;  // all light of the hologram
+      if (!std::holds_alternative<SpectrumWrps>(layouts_[i].gathering.plan.carrier))
+        continue;  // all light of the hologram
       auto plan = layouts_[i].gathering.plan;
-      plan.cone_half_width = cone.half_width;
-      plan.apodization = cone.apodization;
-      divide(plan, plan.tile_grid, scene_.wrp.padding);  // tiles have cones of their own
+      plan.cone = cone;
+      divide(plan, plan.tiling.grid, scene_.wrp.padding);  // tiles have cones of their own
       add(layout(layouts_[i].layers, plan));
     }
   }
@@ -208,15 +212,15 @@ void Candidates::add_cones(double most_error) {
 
 /// Errors of the paddings that are tried; paddings with ghosts are left out.
 void Candidates::predict_errors(Layout& layout) const {
-  if (layout.gathering.plan.compact) {  // nothing is padded
-    layout.paddings.emplace_back(scene_.wrp.padding, layout.gathering.plan.compact->error());
+  if (!std::holds_alternative<SpectrumWrps>(layout.gathering.plan.carrier)) {  // nothing is padded
+    layout.paddings.emplace_back(scene_.wrp.padding, propagation_error_of(layout.gathering.plan));
     return;
   }
   const auto given = scene_.given.contains("wrp.padding");
   const auto tried = given ? std::vector{scene_.wrp.padding}
                            : std::vector(paddings_tried.begin(), paddings_tried.end());
   std::vector<glm::ivec2> sizes;
-  for (const double padding : tried) sizes.push_back(padded_size(plan_.tile_size, padding));
+  for (const double padding : tried) sizes.push_back(padded_size(plan_.tiling.tile_size, padding));
   const auto errors = predicted_padding_errors(layout.gathering.plan, sizes);
   for (std::size_t i = 0; i < tried.size(); ++i) {
     if (errors[i] <= worst_padding_error || i + 1 == tried.size())
@@ -232,7 +236,7 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
   for (const auto& [padding, error] : layout.paddings) {
     auto c = without;
     c.padding = padding;
-    plan.padded = padded_size(plan.tile_size, padding);
+    set_padding(plan, padding);
     work.butterflies = count_butterflies(plan, c.frames);
     c.seconds = predict_times(work, device_.rates).total_s();
     c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, error).mean_psnr_db;
@@ -248,7 +252,7 @@ Work Candidates::work_of(const Choice& c, const Plan& plan, const Gathering& gat
 
 double Candidates::seconds_of(const Choice& c, const Gathering& gathering) const {
   auto plan = with_pitch(gathering.plan, c.pitch_m);
-  plan.padded = padded_size(plan.tile_size, c.padding);
+  set_padding(plan, c.padding);
   return predict_times(work_of(c, plan, gathering), device_.rates).total_s();
 }
 

@@ -10,10 +10,10 @@
 
 #include "host/forecast/cost.hpp"
 #include "host/forecast/device_figures.hpp"
-#include "host/forecast/front_view.hpp"
 #include "host/forecast/picture_model.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"
+#include "host/plan/front_view.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"
 
@@ -31,9 +31,9 @@ inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1
 struct Choice {
   double pitch_m = 0, padding = 0;
   int frames = 1;
-  int layers = 1;        // wrp.layers
-  bool compact = false;  // by virtual planes, which have neither padding nor cone
-  Cone cone{};           // sampling.cone and sampling.apodization
+  int layers = 1;                                         // wrp.layers
+  WrpPropagation propagation = WrpPropagation::spectrum;  // by virtual planes: no padding, no cone
+  Cone cone{};                                            // sampling.cone and sampling.apodization
   double seconds = 0, psnr_db = 0;
 };
 

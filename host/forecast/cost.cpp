@@ -6,12 +6,11 @@
 #include <cstddef>
 #include <glm/common.hpp>
 
-#include "host/plan/compact_errors.hpp"
+#include "host/carriers/wrps/planning/facts.hpp"
 #include "host/plan/footprint.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/memory.hpp"
-#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -41,15 +40,6 @@ constexpr double levels_of_objects = 2;
 /// whose surface is partly hidden.
 constexpr double samples_at_end = 0.55, samples_behind = 0.4;
 
-/// On virtual planes, in nodes: placing a sample; a node where light is cut off, beside the node; a
-/// light's highlight on a line; a pixel of a line, and of each frame where there are several; and
-/// the launches of a picture.
-constexpr double nodes_of_sample = 14, nodes_of_cut = 0.6, nodes_of_highlight = 1.4,
-                 nodes_of_pixel = 0.016, nodes_of_frame_pixel = 0.045, nodes_of_picture = 2.5e5;
-
-/// Half tiles before the pixels' limit in which light fades out.
-constexpr double cut_before = COMPACT_EDGE * (1 - COMPACT_EDGE_BEYOND);
-
 /// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth.
 constexpr double levels_of_a_ray = 4;
 
@@ -71,6 +61,9 @@ constexpr double aim_of_a_sample = 29;
 /// plane costs over one of a virtual plane.
 constexpr double butterflies_of_a_pixel = 9, padded_butterfly = 1.8;
 
+/// Launches of the gathering on virtual planes, in nodes.
+constexpr double nodes_of_picture = 2.5e5;
+
 /// A frame's launches of the encoding, in levels.
 constexpr double levels_of_a_frame = 1.5e5;
 
@@ -86,7 +79,7 @@ constexpr double lens_ray = 1.85;
 /// True where find_samples knows the breaks of the surfaces (host/trace/breaks.cpp).
 bool knows_breaks(const World& world, const Plan& plan) {
   return breaks_pay(plan.lattice, world.triangles.size()) &&
-         ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.near_m;
+         ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.extent.near_m;
 }
 
 /// Adds what plan.refine costs.
@@ -100,7 +93,7 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
     work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
                       std::pow(key_lens_points(place, settings.lens_points), 2);
   // Butterflies of a look at each picture, and of both ways of an iteration
-  const double area = static_cast<double>(plan.size.x) * plan.size.y;
+  const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
   const auto looking = [&](double padding, double transforms) {
     const double plane = padding * padding * area;
     return plane * (transforms * std::log2(plane) + butterflies_of_a_refined_pixel / 2);
@@ -108,9 +101,9 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
   double draws = 0, all_looks = 0, drawn_looks = 0;
   for (const auto& place : places) {
     const auto open = place.aperture.x * place.aperture.y;
-    const bool fresnel =
-        fresnel_limits(plan.size, plan.pitch_m, plan.wavelength_m, blur_m, place.z_m, window_m)
-            .hold();
+    const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
+                                        plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
+                             .hold();
     const double look =
         fresnel ? open * looking(refine_padding, 1) : looking(exact_padding, exact_transforms);
     all_looks += look;
@@ -133,10 +126,11 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
                   double first_m, double last_m) {
   auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
   if (is_near_hologram(plan))
-    footprint = {std::abs(z_m) * plan.largest_sine[axis], plan.pitch_m[axis]};
+    footprint = {std::abs(z_m) * plan.hologram.largest_sine[axis], plan.hologram.pitch_m[axis]};
   const double low = std::max(at_m - footprint.reach_m(), first_m),
                high = std::min(at_m + footprint.reach_m(), last_m);
-  return low < high ? Crossing{(high - low) / plan.pitch_m[axis], footprint.is_near()} : Crossing{};
+  return low < high ? Crossing{(high - low) / plan.hologram.pitch_m[axis], footprint.is_near()}
+                    : Crossing{};
 }
 
 /// Lights whose highlights are shaded, each of its samples counted.
@@ -147,17 +141,18 @@ int lights_of(const Lighting& lighting) {
 }  // namespace
 
 double count_butterflies(const Plan& plan, int frames) {
-  if (plan.compact) {
-    const glm::dvec2 plane(plan.compact->size), tile(plan.tile_size);
+  if (const auto* planes = plan.virtual_planes()) {
+    const glm::dvec2 plane(planes->size), tile(plan.tiling.tile_size);
     return frames * static_cast<double>(plan.wrps.size()) *
            (plane.x * plane.y * std::log2(plane.x) + tile.x * plane.y * std::log2(plane.y) +
             butterflies_of_a_pixel * tile.x * tile.y);
   }
-  if (plan.is_at_hologram()) return 0;  // nothing is propagated
-  const glm::dvec2 padded(plan.padded), size(plan.tile_size);
+  const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
+  if (!wrps) return 0;  // nothing is propagated
+  const glm::dvec2 padded(wrps->padded), size(plan.tiling.tile_size);
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
-    const double rows = rows_kept(plan, wrp).count();
+    const double rows = rows_kept(*wrps, plan, wrp).count();
     forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) +
                butterflies_of_a_pixel * size.x * size.y;
     widest = std::max(widest, rows);
@@ -165,79 +160,17 @@ double count_butterflies(const Plan& plan, int frames) {
   const double back = size.x * padded.y * std::log2(padded.y) +
                       widest * padded.x * std::log2(padded.x) +
                       butterflies_of_a_pixel * size.x * size.y;
-  return padded_butterfly * frames * (forward + static_cast<double>(plan.tiles.size()) * back);
-}
-
-/// Pixels along a footprint, of a sample's light on a virtual plane.
-double compact_side(const Plan& plan, int axis, double z_m, double z0_m, double margin_px) {
-  const auto& compact = plan.compact.value();
-  const double half_m = plan.tile_window_m()[axis] / 2,
-               guard = static_cast<double>(compact.size[axis]) / plan.tile_size[axis];
-  const double fresnel =
-      half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
-  return std::min({4 * guard * fresnel + 2 * margin_px, static_cast<double>(compact.size[axis]),
-                   static_cast<double>(COMPACT_WIDEST)});
-}
-
-double in_packets(double count) { return 16 * std::ceil(count / 16); }
-
-/// Footprints on virtual planes.
-Footprints compact_footprints(const Plan& plan, const FrontView& view) {
-  constexpr double most_looks = 2e5;
-  Footprints footprints;
-  const auto& compact = plan.compact.value();
-  const auto half_m = plan.tile_window_m() / 2.0;
-  const auto tiles = static_cast<double>(plan.tiles.size());
-  const int step =
-      std::max(1, static_cast<int>(std::sqrt(tiles * view.size.x * view.size.y / most_looks)));
-  const auto lights = static_cast<double>(lights_of(plan.lighting));
-  for (int y = step / 2; y < view.size.y; y += step) {
-    for (int x = step / 2; x < view.size.x; x += step) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                        static_cast<std::size_t>(x);
-      const double z_m = view.depth_m[cell];
-      if (z_m == 0) continue;
-      const double weight = static_cast<double>(step) * step * view.sources[cell];
-      const double z0_m = plan.layer_at(z_m).distance_m;
-      const bool hidden = view.partly_hidden[cell];
-      for (const auto& tile : plan.tiles) {
-        const glm::dvec2 at_m = view.place_m(x, y, z_m) - tile.centre_m;
-        bool cut = false;
-        for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
-          const double across = std::abs(at_m[axis]) + half_m[axis];
-          cut |= across >
-                 plan.largest_sine[axis] * std::hypot(across, z_m) - cut_before * half_m[axis];
-        }
-        const double margin = hidden || cut      ? compact.rough_margin_px
-                              : view.shiny[cell] ? compact.highlight_margin_px
-                                                 : compact.margin_px;
-        const double lines =
-            hidden ? plan.visibility_parts + 4
-                   : scan_lines_of(plan, view.shiny[cell] ? compact.most_lines() : compact.lines,
-                                   {at_m.x, -at_m.y, z_m}, z0_m);
-        glm::dvec2 sides;
-        double nodes = 0;
-        for (int axis = 0; axis < 2; ++axis) {
-          sides[axis] = compact_side(plan, axis, z_m, z0_m, margin);
-          nodes += in_packets((sides[axis] + COMPACT_SPARE_NODES + COMPACT_STEP / 2) / 2);
-        }
-        const double pixels = (sides.x + COMPACT_BIN) * sides.y;
-        footprints.nodes +=
-            weight *
-            (nodes_of_sample + lines * (nodes * (cut ? 1 + nodes_of_cut : 1) +
-                                        (view.shiny[cell] ? nodes_of_highlight * lights : 0) +
-                                        nodes_of_pixel * pixels));
-        footprints.frame_nodes += weight * nodes_of_frame_pixel * pixels;
-      }
-    }
-  }
-  return footprints;
+  return padded_butterfly * frames *
+         (forward + static_cast<double>(plan.tiling.tiles.size()) * back);
 }
 
 Footprints footprints_of(const Plan& plan, const FrontView& view) {
   Footprints footprints;
-  if (!plan.aimed) return footprints;
-  if (plan.compact) return compact_footprints(plan, view);
+  if (!plan.samples.aimed) return footprints;
+  if (const auto* planes = plan.virtual_planes()) {
+    footprints.on_virtual_planes = nodes_of(*planes, plan, view);
+    return footprints;
+  }
   std::vector<WrpsExtent> extents;
   for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
   for (int y = 0; y < view.size.y; ++y) {
@@ -248,7 +181,7 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
       if (z == 0) continue;
       const auto& layer = plan.layer_at(z);
       const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
-      for (const auto& tile : plan.tiles) {
+      for (const auto& tile : plan.tiling.tiles) {
         const auto at =
             is_near_hologram(plan)
                 ? view.place_m(x, y, z)
@@ -286,8 +219,8 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                  samples_behind * view.hidden * samples_of_a_cell;
   const double samples = work.samples, sheets = view.covered > 0 ? view.pierced / view.covered : 1,
                more_sheets = std::max(0.0, sheets - 1),
-               masks = std::pow(plan.visibility_parts / 8.0, 2),
-               parts = plan.antialias * plan.antialias;
+               masks = std::pow(plan.samples.visibility_parts / 8.0, 2),
+               parts = plan.samples.antialias * plan.samples.antialias;
   const bool differ =
       plan.lighting.shadows || plan.lighting.textures > 0 ||
       std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
@@ -323,28 +256,29 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                 const Footprints& footprints) {
   Work work;
   const double frames = scene.sampling.frames,
-               pixels = static_cast<double>(plan.size.x) * plan.size.y;
+               pixels = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
   const double samples_of_a_cell = std::pow(view.step / plan.lattice.step, 2);
-  if (!plan.compact)
-    work.pixels =
-        static_cast<double>(plan.wrps.size()) * plan.tile_size.x * plan.tile_size.y * frames;
+  const auto* planes = plan.virtual_planes();
+  if (!planes)
+    work.pixels = static_cast<double>(plan.wrps.size()) * plan.tiling.tile_size.x *
+                  plan.tiling.tile_size.y * frames;
   work.levels = (pixels + levels_of_a_frame) * frames;
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
                levels = levels_of_a_ray + descent;
   if (plan.refine) add_refinement(plan, scene.sampling.frames, levels, work);
-  if (!plan.aimed) {
+  if (!plan.samples.aimed) {
     work.pairs = static_cast<double>(primary_rays(plan)) * levels * frames;
     return work;
   }
   count_samples(world, plan, view, descent, work);
   const double gatherings = std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(lights_of(plan.lighting));
-  if (plan.compact) {
+  if (planes) {
     const double in_frames = frames > 1 ? frames : 0;
-    work.nodes =
-        samples_of_a_cell * (gatherings * footprints.nodes + in_frames * footprints.frame_nodes) +
-        nodes_of_picture;
+    work.nodes = samples_of_a_cell * (gatherings * footprints.on_virtual_planes.nodes +
+                                      in_frames * footprints.on_virtual_planes.frame_nodes) +
+                 nodes_of_picture;
     return work;
   }
   const double tile_height =
@@ -359,14 +293,6 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
                                     frames * near_pixel * footprints.near_pixels) +
                frames * aim_of_a_sample * work.samples * wrps_of_a_sample;
   return work;
-}
-
-Band rows_kept(const Plan& plan, const Wrp& wrp) {
-  const Axis axis{plan.padded.y, plan.pitch_m.y, plan.tile_size.y};
-  return axis.sampled(
-      // Rows count downwards
-      band_m(plan.wavelength_m, wrp.centre_m.z, wrp.centre_m.y - plan.tile_of(wrp).centre_m.y,
-             axis.reach_m()));
 }
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {

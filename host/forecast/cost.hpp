@@ -3,9 +3,8 @@
 /// `raywave tune` measures its rates.
 #pragma once
 
-#include "host/forecast/front_view.hpp"
+#include "host/carriers/virtual_planes/planning/cost.hpp"
 #include "host/forecast/rates.hpp"
-#include "host/plan/padded_plane.hpp"
 
 namespace raywave {
 
@@ -38,7 +37,7 @@ struct Footprints {
   double near_pixels = 0, near_sides = 0;
   double far_pixels = 0, far_widths = 0;      // of the others
   double shiny_pixels = 0, shiny_widths = 0;  // of these, where highlights are shaded
-  double nodes = 0, frame_nodes = 0;  // on virtual planes; `frame`: for each frame beyond the first
+  Nodes on_virtual_planes;
 };
 Footprints footprints_of(const Plan& plan, const FrontView& view);
 
@@ -55,9 +54,6 @@ struct PredictedTimes {
   double samples_s = 0, trace_s = 0, propagate_s = 0, refine_s = 0, encode_s = 0;
   double total_s() const { return samples_s + trace_s + propagate_s + refine_s + encode_s; }
 };
-
-/// Rows of the padded plane that the band keeps of a WRP.
-Band rows_kept(const Plan& plan, const Wrp& wrp);
 
 /// Time of all frames, from a coarse view: for a warning, in some milliseconds.
 double predicted_s(const Scene& scene, const World& world, const Plan& plan,

@@ -11,7 +11,7 @@
 
 #include "host/forecast/slm_light.hpp"
 #include "host/plan/key_places.hpp"
-#include "host/plan/light_shown.hpp"
+#include "host/planning/light_shown.hpp"
 
 namespace raywave {
 namespace {
@@ -92,8 +92,8 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
 Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m,
                  std::vector<PictureLayer>* layers = nullptr) {
   constexpr int count = 12;
-  const auto window = glm::dvec2(plan.size) * plan.pitch_m;
-  const double span = std::max(plan.far_m - plan.near_m, 1e-12);
+  const auto window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
+  const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
   Raster sum(radiance.size(), 0);
   std::vector<Raster> seen;
   for (int layer = 0; layer < count; ++layer) {
@@ -101,15 +101,17 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
     bool any = false;
     for (std::size_t i = 0; i < one.size(); ++i) {
       if (view.depth_m[i] == 0) continue;
-      const auto at =
-          static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.near_m) / span * count);
+      const auto at = static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.extent.near_m) /
+                                       span * count);
       if (std::clamp(at, 0, count - 1) != layer) continue;
       one[i] = radiance[i];
       any = true;
     }
     if (!any) continue;
-    double depth = plan.near_m + (layer + 0.5) / count * (plan.far_m - plan.near_m);
-    if (std::abs(depth) < plan.closest_m) depth = std::copysign(plan.closest_m, depth);
+    double depth =
+        plan.extent.near_m + (layer + 0.5) / count * (plan.extent.far_m - plan.extent.near_m);
+    if (std::abs(depth) < plan.extent.closest_m)
+      depth = std::copysign(plan.extent.closest_m, depth);
     const auto half =
         window * (std::abs(depth - z_m) / std::abs(depth) / std::abs(z_m) / 2 / view.step);
     blur_box(one, view.size, half);
@@ -155,8 +157,8 @@ private:
 /// The part of the cells' radiance that hologram and WRPs show.
 Raster radiance_shown(const FrontView& view, const Plan& plan) {
   Raster shown(view.radiance);
-  const LightOfCone light(plan.cone());
-  const auto half = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  const LightOfCone light(plan.cone);
+  const auto half = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
@@ -186,8 +188,8 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     shown = lens_view(view, radiance_shown, plan, z_m);
     blur_gaussian(shown, view.size, blur_m / away_m / view.step);
   }
-  const auto window = glm::dvec2(plan.size * plan.grid) * plan.pitch_m;
-  const auto border = static_cast<double>(picture_border_px) * plan.pitch_m;
+  const auto window = glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m;
+  const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -341,17 +343,17 @@ private:
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m) {
   PictureModel model;
   model.resolution_m = resolution_m;
-  model.wavelength_m = plan.wavelength_m;
-  model.window_m = glm::dvec2(plan.size) * plan.pitch_m;
-  model.cone = plan.cone();
+  model.wavelength_m = plan.hologram.wavelength_m;
+  model.window_m = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
+  model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   if (plan.refine)
     model.refined_depths = static_cast<int>(
         plan.refine->depths_m.empty() ? refine_depths_m(plan, plan.refine->blur_m.value()).size()
                                       : plan.refine->depths_m.size());
-  model.band_filled = plan.band_filled;
-  model.spot_m = plan.wavelength_m * plan.lattice.full_z_m / model.window_m;
+  model.band_filled = plan.hologram.band_filled;
+  model.spot_m = plan.hologram.wavelength_m * plan.lattice.full_z_m / model.window_m;
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {

@@ -5,9 +5,9 @@
 
 #include <vector>
 
-#include "host/forecast/front_view.hpp"
 #include "host/forecast/judged_pictures.hpp"
 #include "host/plan/cone.hpp"
+#include "host/plan/front_view.hpp"
 
 namespace raywave {
 
@@ -72,7 +72,7 @@ struct PicturePrediction {
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 };
 
-/// padding_error  of the field, relative (host/forecast/propagation_errors.hpp)
+/// padding_error  of the field, relative (host/carriers/wrps/planning/padding_errors.hpp)
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
                                    int frames, double padding_error);
 

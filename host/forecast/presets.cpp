@@ -9,12 +9,13 @@
 #include <optional>
 #include <utility>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/forecast/propagation_errors.hpp"
 #include "host/forecast/warnings.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/plan/precision.hpp"
+#include "host/planning/make_plan.hpp"
 
 namespace raywave {
 namespace {
@@ -109,7 +110,7 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
   s.sampling.pitch_m = c.pitch_m;
   s.sampling.frames = c.frames;
   s.wrp.layers = c.layers;
-  if (!c.compact) {
+  if (c.propagation == WrpPropagation::spectrum) {
     s.wrp.padding = c.padding;
     s.sampling.cone = c.cone.half_width;
     s.sampling.apodization = c.cone.apodization;
@@ -136,16 +137,13 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
       count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.rates_of = device.rates.device;
-  const double padding = padding_error_of(plan);
-  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone()))
-    prediction.pictures =
-        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
-                         std::hypot(padding, plan.compact ? plan.compact->error() : 0.0));
+  const double propagation = propagation_error_of(plan);
+  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone))
+    prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m),
+                                           s.sampling.frames, propagation);
   prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);
-  prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(padding, phase_error));
-  if (plan.compact)
-    prediction.field_error = std::hypot(prediction.field_error, plan.compact->error());
+  prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(propagation, phase_error));
   return prediction;
 }
 
@@ -157,9 +155,9 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
-  const int colours = plan.colour ? 24 : 0;  // SampleTable::colours: six floats
-  const auto each =
-      sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 + 8 * plan.frames + colours;
+  const int colours = plan.hologram.colour ? 24 : 0;  // SampleTable::colours: six floats
+  const auto each = sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 +
+                    8 * plan.hologram.frames + colours;
   bytes = needs.device_bytes() +
           static_cast<std::uint64_t>(planned.prediction.work.samples * static_cast<double>(each));
 
@@ -190,7 +188,7 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
     return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
   };
   const std::string gathering =
-      plan.compact
+      propagation_of(plan) == WrpPropagation::compact
           ? ""
           : ", wrp.padding " + number_text(s.wrp.padding) + " (" + fixed("wrp.padding") +
                 "), sampling.cone " + number_text(s.sampling.cone) + " (" + fixed("sampling.cone") +
@@ -203,13 +201,13 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
           fixed("sampling.frames") + ")" + gathering + ", wrp.layers " +
           std::to_string(plan.most_layers) + " (" +
           fixed(scene.given.contains("wrp.distance") ? "wrp.distance" : "wrp.layers") + ")"};
-  if (!plan.why_propagation.empty())
-    reasons.push_back(std::string("wrp.propagation \"") + (plan.compact ? "compact" : "spectrum") +
-                      "\" (auto): " + plan.why_propagation);
+  if (!plan.why_carrier.empty())
+    reasons.push_back(std::string("wrp.propagation \"") + name_of(propagation_of(plan)) +
+                      "\" (auto): " + plan.why_carrier);
   if (!why_layers.empty()) reasons.push_back(why_layers);
-  if (!plan.why_tiles.empty())
-    reasons.push_back("hologram.tiles " + std::to_string(plan.tile_grid.x) + " x " +
-                      std::to_string(plan.tile_grid.y) + ": " + plan.why_tiles);
+  if (!plan.tiling.why.empty())
+    reasons.push_back("hologram.tiles " + std::to_string(plan.tiling.grid.x) + " x " +
+                      std::to_string(plan.tiling.grid.y) + ": " + plan.tiling.why);
   return reasons;
 }
 

@@ -10,7 +10,7 @@
 
 #include "host/forecast/candidates.hpp"
 #include "host/forecast/slm_light.hpp"
-#include "host/plan/memory.hpp"
+#include "host/planning/memory_needs.hpp"
 
 namespace raywave {
 

@@ -6,8 +6,8 @@
 #include <cmath>
 
 #include "host/geometry/extents.hpp"
-#include "host/plan/light_shown.hpp"
-#include "host/plan/slm_stop.hpp"
+#include "host/planning/light_shown.hpp"
+#include "host/planning/slm_stop.hpp"
 
 namespace raywave {
 namespace {
@@ -45,7 +45,7 @@ bool passes(const StopSpec& stop, glm::dvec2 cycles) {
 glm::dvec2 shift_beside(const Plan& plan, const std::array<Interval, 2>& picture_m,
                         const std::array<Interval, 2>& cycles, double z_m) {
   glm::dvec2 best_m(0);
-  const bool on_both_sides = plan.near_m < 0 && plan.far_m > 0;
+  const bool on_both_sides = plan.extent.near_m < 0 && plan.extent.far_m > 0;
   for (int axis = 0; axis < 2 && !on_both_sides; ++axis) {
     const double half_m = plan.window_m()[axis] / 2;
     for (const double touching_m : {half_m - picture_m[axis].low, -half_m - picture_m[axis].high}) {
@@ -69,10 +69,10 @@ SlmLight slm_light(const Plan& plan, const FrontView& view) {
   const auto& slm = plan.slm;
   const auto half_m = plan.window_m() / 2.0;
   SlmLight light;
-  light.z_m = plan.origin_m.z;
+  light.z_m = plan.extent.origin_m.z;
   light.zero_order_size_m = plan.window_m();
-  const auto zero_order =
-      -carrier_of(slm, plan.pitch_m, plan.wavelength_m) - own_carrier_of(slm.encoding);
+  const auto zero_order = -carrier_of(slm, plan.hologram.pitch_m, plan.hologram.wavelength_m) -
+                          own_carrier_of(slm.encoding);
   for (int axis = 0; axis < 2; ++axis)
     light.zero_order_m[axis] = 0.0 - travel(plan, axis, zero_order[axis], light.z_m);
   light.zero_order_stopped = slm.stop && !passes(*slm.stop, zero_order);

@@ -3,7 +3,7 @@
 /// falls that the SLM leaves undiffracted.
 #pragma once
 
-#include "host/forecast/front_view.hpp"
+#include "host/plan/front_view.hpp"
 
 namespace raywave {
 

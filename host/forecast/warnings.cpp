@@ -9,12 +9,12 @@
 #include <limits>
 #include <numbers>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
-#include "host/plan/cautions.hpp"
-#include "host/plan/compact.hpp"
 #include "host/plan/lattice.hpp"
-#include "host/plan/light_shown.hpp"
 #include "host/plan/precision.hpp"
+#include "host/planning/cautions.hpp"
+#include "host/planning/light_shown.hpp"
 
 namespace raywave {
 namespace {
@@ -114,7 +114,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
       warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
-           degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+           degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
            " degrees off the axis: bring the scene closer to the axis, farther away, or give a "
            "smaller hologram.pitch");
     if (const double lost = (light.within_pixels - light.within_planes) / light.all;
@@ -123,15 +123,16 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
-  if (const double beyond = plan.images.beyond; beyond > least_image_loss)
+  if (const double beyond = plan.specular.images.beyond; beyond > least_image_loss)
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
          "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
-  for (const auto& warning : compact_warnings(plan)) warn(warning);
+  for (const auto& warning : carrier_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, warn);
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = plan.wavelength_m * plan.farthest_m() / plan.pitch_m[axis] +
+    const double period = plan.hologram.wavelength_m * plan.extent.farthest_m() /
+                              plan.hologram.pitch_m[axis] +
                           (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
                  extent = world.max_m[axis] - world.min_m[axis];
     if (extent > period) {
@@ -145,11 +146,11 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
 
   for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
   const double p = scene.sampling.pitch_m;
-  const double limit =
-      is_near_hologram(plan)
-          ? std::max(plan.pitch_m.x, plan.pitch_m.y)
-          : plan.wavelength_m * plan.lattice.full_z_m /
-                (std::min(plan.size.x * plan.pitch_m.x, plan.size.y * plan.pitch_m.y));
+  const double limit = is_near_hologram(plan)
+                           ? std::max(plan.hologram.pitch_m.x, plan.hologram.pitch_m.y)
+                           : plan.hologram.wavelength_m * plan.lattice.full_z_m /
+                                 (std::min(plan.hologram.size.x * plan.hologram.pitch_m.x,
+                                           plan.hologram.size.y * plan.hologram.pitch_m.y));
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
@@ -165,9 +166,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   else if (p < 0.8 * limit)
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
-  if (!plan.aimed) {
-    const double spread = (plan.far_m - plan.layers[0].distance_m) * plan.size.x * plan.pitch_m.x /
-                          plan.layers[0].distance_m;
+  if (!plan.samples.aimed) {
+    const double spread = (plan.extent.far_m - plan.layers[0].distance_m) * plan.hologram.size.x *
+                          plan.hologram.pitch_m.x / plan.layers[0].distance_m;
     if (spread > 2 * p)
       warn("rays of the fan alias: they spread over " +
            length_text(std::round(spread * 1e7) / 1e7) +

@@ -5,8 +5,8 @@
 #include <string>
 #include <vector>
 
-#include "host/forecast/front_view.hpp"
 #include "host/forecast/slm_light.hpp"
+#include "host/plan/front_view.hpp"
 
 namespace raywave {
 

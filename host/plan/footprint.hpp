@@ -80,9 +80,9 @@ struct Footprint {
 /// Footprint of a sample at depth z_m, on its way to a tile, on the WRPs `distance_m` before the
 /// hologram.
 inline Footprint footprint_of(const Plan& plan, int axis, double distance_m, double z_m) {
-  const double cone = plan.tile_cone[axis], window_m = plan.tile_window_m()[axis];
+  const double cone = plan.tiling.cone[axis], window_m = plan.tile_window_m()[axis];
   return {half_width_of(cone, window_m, distance_m, z_m),
-          spot_of(plan.wavelength_m, z_m, cone, window_m)};
+          spot_of(plan.hologram.wavelength_m, z_m, cone, window_m)};
 }
 
 }  // namespace raywave

@@ -52,7 +52,7 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
   const auto window_m = plan.window_m();
   const double hologram_m = std::max(window_m.x, window_m.y);
   const auto held_m = [&](double z_m) { return held_blurs * blur_m * z_m / hologram_m; };
-  const double near_m = plan.near_m, far_m = plan.far_m, depth_m = far_m - near_m;
+  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m, depth_m = far_m - near_m;
   const double middle_m = held_m((near_m + far_m) / 2), front_m = held_m(near_m);
   const auto in_front = [&](double helds) {
     return std::max(near_m - helds * front_m, near_m / 2);
@@ -111,7 +111,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
 glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dvec2(plan.grid); }
 
 glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {
-  const auto pixel_m = glm::max(glm::dvec2(blur_m / pixels_per_blur), plan.pitch_m);
+  const auto pixel_m = glm::max(glm::dvec2(blur_m / pixels_per_blur), plan.hologram.pitch_m);
   return glm::max(glm::round(window_m / pixel_m), 1.0);
 }
 

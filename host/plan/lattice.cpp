@@ -70,7 +70,7 @@ void add_chief_tangents(const Plan& plan, const DepthLayer& layer, const Tile& t
 LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan& plan,
                          glm::dvec2 largest_tangent, const ChiefTangents& lit) {
   LatticePlan lattice;
-  lattice.full_z_m = (plan.closest_m + plan.farthest_m()) / 2;
+  lattice.full_z_m = (plan.extent.closest_m + plan.extent.farthest_m()) / 2;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
   const auto window = plan.window_m();
   std::array<Interval, 2> covered;
@@ -79,8 +79,8 @@ LatticePlan lattice_over(const Scene& scene, const Extents& extents, const Plan&
     // whose light misses all WRPs
     const auto i = static_cast<std::size_t>(axis);
     const auto& tangents = extents.tangents[i];
-    const double reach = largest_tangent[axis] +
-                         std::max(1.0, plan.cone_half_width) * window[axis] / (2 * plan.closest_m);
+    const double reach = largest_tangent[axis] + std::max(1.0, plan.cone.half_width) *
+                                                     window[axis] / (2 * plan.extent.closest_m);
     const double low = std::max(-reach, lit[i].low),
                  high = std::max(low, std::min(reach, lit[i].high));
 
@@ -95,18 +95,19 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
                              glm::dvec2 largest_tangent) {
   // So far away that perspective hardly matters over the scene and the window
   const auto window = plan.window_m();
-  const double away_m = std::max(
-      {scene.viewer.distance_m, 2 * (plan.far_m - plan.near_m), 4 * std::max(window.x, window.y)});
+  const double away_m =
+      std::max({scene.viewer.distance_m, 2 * (plan.extent.far_m - plan.extent.near_m),
+                4 * std::max(window.x, window.y)});
   LatticePlan lattice;
-  lattice.eye_m = {0, 0, plan.near_m - away_m};
-  lattice.full_z_m = (plan.near_m + plan.far_m) / 2 - lattice.eye_m.z;
+  lattice.eye_m = {0, 0, plan.extent.near_m - away_m};
+  lattice.full_z_m = (plan.extent.near_m + plan.extent.far_m) / 2 - lattice.eye_m.z;
   lattice.step = scene.sampling.pitch_m / lattice.full_z_m;
   std::array<Interval, 2> covered;
   for (const auto& p_m : positions_now(world)) {
     for (std::size_t i = 0; i < 2; ++i) {
       // What no place of the window shows is left out
       const auto axis = static_cast<int>(i);
-      const double reach_m = window[axis] / 2 + largest_tangent[axis] * plan.farthest_m();
+      const double reach_m = window[axis] / 2 + largest_tangent[axis] * plan.extent.farthest_m();
       covered[i].add(std::clamp(p_m[axis], -reach_m, reach_m) / (p_m.z - lattice.eye_m.z));
     }
   }
@@ -115,11 +116,11 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 }
 
 std::uint64_t primary_rays(const Plan& plan) {
-  if (!plan.aimed) {
+  if (!plan.samples.aimed) {
     std::uint64_t rays = 0;
     for (const auto& wrp : plan.wrps)
-      rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tile_size.x) *
-              static_cast<std::uint64_t>(plan.tile_size.y);
+      rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tiling.tile_size.x) *
+              static_cast<std::uint64_t>(plan.tiling.tile_size.y);
     return rays;
   }
   double rays = 0;
@@ -131,16 +132,16 @@ std::uint64_t primary_rays(const Plan& plan) {
                       static_cast<double>(plan.layers.size());
     for (int axis = 0; axis < 2; ++axis)
       of_layer *= std::max(
-          1.0, std::min(narrowed * (layer.distance_m != 0 ? plan.cone_half_width : 1.0), 1.0) *
-                   plan.size[axis]);
+          1.0, std::min(narrowed * (layer.distance_m != 0 ? plan.cone.half_width : 1.0), 1.0) *
+                   plan.hologram.size[axis]);
     rays += of_layer;
   }
   return static_cast<std::uint64_t>(rays);
 }
 
 double ray_bias_m(const World& world, const Plan& plan) {
-  const double reach_m =
-      std::max(glm::length(world.min_m - plan.origin_m), glm::length(world.max_m - plan.origin_m));
+  const double reach_m = std::max(glm::length(world.min_m - plan.extent.origin_m),
+                                  glm::length(world.max_m - plan.extent.origin_m));
   return std::max(glm::length(world.max_m - world.min_m) * 0x1p-16, reach_m * 0x1p-20);
 }
 

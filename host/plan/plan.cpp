@@ -70,29 +70,34 @@ std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
 }
 
 std::size_t Plan::most_wrps_of_a_tile() const {
-  std::vector<std::size_t> counts(tiles.size(), 0);
+  std::vector<std::size_t> counts(tiling.tiles.size(), 0);
   for (const auto& wrp : wrps) ++counts[wrp.tile];
   return *std::max_element(counts.begin(), counts.end());
 }
 
 std::size_t Plan::gathered_pixels() const {
-  const int columns = compact ? compact->row_stride() : tile_size.x;
+  const int columns = virtual_planes() ? virtual_planes()->row_stride() : tiling.tile_size.x;
   return static_cast<std::size_t>(columns) * static_cast<std::size_t>(gathered_size().y);
 }
 
+double cone_error_of(const Plan& plan) {
+  return plan.samples.aimed && !plan.is_at_hologram() ? plan.cone.field_error() : 0;
+}
+
 bool encodes_transforms(const Plan& plan, bool keep_field) {
-  return plan.compact && !keep_field && !encodes_whole(plan) && plan.most_wrps_of_a_tile() == 1;
+  return plan.virtual_planes() && !keep_field && !encodes_whole(plan) &&
+         plan.most_wrps_of_a_tile() == 1;
 }
 
 bool encodes_whole(const Plan& plan) {
   return plan.refine || plan.slm.band != glm::dvec2(1) ||
-         (plan.tiles.size() > 1 && plan.slm.encoding != Encoding::phase);
+         (plan.tiling.tiles.size() > 1 && plan.slm.encoding != Encoding::phase);
 }
 
 WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
                     glm::dvec2(-std::numeric_limits<double>::infinity())};
-  if (plan.compact) return {-extent.first, -extent.last};  // light crosses them anywhere
+  if (plan.virtual_planes()) return {-extent.first, -extent.last};  // light crosses them anywhere
   const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.layer_of(wrp) != &layer) continue;
@@ -105,7 +110,7 @@ WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
 std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer) {
   const auto in_frame = [&](double z_m) {
     constexpr double largest = std::numeric_limits<float>::max();
-    return static_cast<float>(std::clamp(z_m - plan.origin_m.z, -largest, largest));
+    return static_cast<float>(std::clamp(z_m - plan.extent.origin_m.z, -largest, largest));
   };
   return {in_frame(layer.begin_m), in_frame(layer.end_m)};
 }

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What will be computed: where the WRPs stand, which rays start on them, what it takes. Made by
-/// host/plan/make_plan.hpp; everything after planning reads it.
+/// host/planning/make_plan.hpp; everything after planning reads it.
 #pragma once
 
 #include <algorithm>
@@ -14,6 +14,7 @@
 #include <optional>
 #include <string>
 #include <utility>
+#include <variant>
 #include <vector>
 
 #include "host/plan/cone.hpp"
@@ -48,13 +49,47 @@ struct Tile {
   glm::dvec2 centre_m{0, 0};  // world
 };
 
+/// The hologram, and what its pixels can show.
+struct HologramPlan {
+  glm::ivec2 size{1, 1};  // pixels
+  glm::dvec2 pitch_m{1, 1};
+  double wavelength_m = 1;
+  std::optional<ColourSpec> colour;  // of scenes in colour
+  int frames = 1;                    // holograms with independent random phases
+  std::uint32_t seed = 1;            // random phases of frame 0; frame i has seed + i
+  // Sine of the steepest ray to the optical axis that the SLM's pixels can show, per axis
+  glm::dvec2 largest_sine{1, 1};
+  double band_filled = 0;  // share of the SLM's band that the scene's light needs, mean of the axes
+};
+
+struct Tiling {
+  glm::ivec2 grid{1, 1};       // {1, 1}: the hologram is computed in one piece
+  glm::ivec2 tile_size{1, 1};  // pixels of a tile and of every WRP
+  std::vector<Tile> tiles{1};  // row by row from the top left
+  std::string why;             // as many; empty: in one piece it fits
+  // Plan::cone in half tiles: as far beyond a tile's borders, where the padded plane holds it
+  glm::dvec2 cone{1, 1};
+  glm::dvec2 apodization{0, 0};
+};
+
+/// Where the surfaces are.
+struct SceneExtent {
+  // Depths of the surfaces nearest to the eye and farthest from it, world z
+  double near_m = 0, far_m = 0;
+  double closest_m = 0;    // smallest distance of surfaces from the hologram's plane
+  glm::dvec3 origin_m{0};  // of the scene frame, in world coordinates: middle of the scene
+
+  /// Largest distance of surfaces from the hologram's plane.
+  double farthest_m() const { return std::max(std::abs(near_m), std::abs(far_m)); }
+};
+
 /// One wavefront recording plane: parallel to the hologram, and as large as the tile that its light
 /// goes to.
 struct Wrp {
   glm::dvec3 centre_m{0};         // world
   std::vector<glm::dvec2> fan{};  // tangents (dx/dz, dy/dz) of the rays that start at its centre
   std::size_t layer = 0;          // of Plan::layers
-  std::size_t tile = 0;           // of Plan::tiles
+  std::size_t tile = 0;           // of Tiling::tiles
 };
 
 /// The rays from the hologram's centre whose hits are the surface samples: ray (i, j) has the
@@ -85,35 +120,8 @@ struct DepthLayer {
   double farthest_m() const { return std::max(std::abs(min_m.z), std::abs(max_m.z)); }
 };
 
-/// The virtual planes of compact propagation (host/plan/compact.hpp).
-struct CompactPlane {
-  glm::ivec2 size{64, 64};  // samples, multiples of 16: as many are transformed
-  double bell = 9;          // strength of the window that is divided out at the hologram
-  // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
-  // becomes too steep
-  double margin_px = 4, rough_margin_px = 8;
-  int lines = 4;  // scan lines of a sample without sharp highlights, at most
-  // At least so many have samples whose highlights change over the hologram, and as much margin
-  int highlight_lines = 1;
-  double highlight_margin_px = 4;
-  // A sample has fewer where its error of them stays below this, relative; 0: all have as many
-  double lines_tolerance = 0;
-  // Predicted relative L2 errors of the field (host/plan/compact_errors.hpp)
-  double window_error = 0, lines_error = 0;
-  // Of light that is the scene's sharpest highlights alone, between the scan lines; no part of
-  // error(), since most light is of other kinds
-  double highlights_error = 0;
-
-  double error() const { return std::hypot(window_error, lines_error); }
-  /// Scan lines of any sample, at most.
-  int most_lines() const { return std::max(lines, highlight_lines); }
-  /// Samples in memory from a row to the next. Rows a multiple of 4 KiB apart begin at the same
-  /// place of a cache's sets: columns would take a fifth longer to transform.
-  int row_stride() const { return size.x % 512 == 0 ? size.x + 8 : size.x; }
-};
-
 /// Light from mirrors and glass as the hologram's centre sees it: where it seems to come from, by
-/// rays through even steps of tangents (host/plan/images.hpp).
+/// rays through even steps of tangents (host/planning/images.hpp).
 struct Images {
   struct Image {
     int ray = 0;         // that sees it, row by row
@@ -135,6 +143,64 @@ struct Images {
   double near_m = 0, far_m = 0;
 
   bool holds(const Image& image) const { return near_m <= image.at_m.z && image.at_m.z <= far_m; }
+};
+
+/// Light by way of mirrors and glass.
+struct SpecularPlan {
+  int bounces = 0;               // trace.depth where an object is one of them
+  Bounces as = Bounces::points;  // never automatic
+  Images images;                 // of samples that are seen in mirrors and through glass
+};
+
+/// Samples are gathered at the hologram itself, and nothing is propagated.
+struct AtHologram {};
+
+/// Light is gathered on WRPs, and propagated to the hologram by the shifted angular spectrum.
+struct SpectrumWrps {
+  double padding = 2;       // side of the transformed plane over the side of a tile
+  glm::ivec2 padded{1, 1};  // size that is transformed
+};
+
+/// Light travels by virtual planes, one of Plan::wrps for each tile and layer
+/// (host/carriers/virtual_planes/planning/planes.hpp).
+struct VirtualPlanes {
+  glm::ivec2 size{64, 64};  // samples, multiples of 16: as many are transformed
+  double bell = 9;          // strength of the window that is divided out at the hologram
+  // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
+  // becomes too steep
+  double margin_px = 4, rough_margin_px = 8;
+  int lines = 4;  // scan lines of a sample without sharp highlights, at most
+  // At least so many have samples whose highlights change over the hologram, and as much margin
+  int highlight_lines = 1;
+  double highlight_margin_px = 4;
+  // A sample has fewer where its error of them stays below this, relative; 0: all have as many
+  double lines_tolerance = 0;
+  // Predicted relative L2 errors of the field (errors.hpp beside it)
+  double window_error = 0, lines_error = 0;
+  // Of light that is the scene's sharpest highlights alone, between the scan lines; no part of
+  // error(), since most light is of other kinds
+  double highlights_error = 0;
+
+  double error() const { return std::hypot(window_error, lines_error); }
+  /// Scan lines of any sample, at most.
+  int most_lines() const { return std::max(lines, highlight_lines); }
+  /// Samples in memory from a row to the next. Rows a multiple of 4 KiB apart begin at the same
+  /// place of a cache's sets: columns would take a fifth longer to transform.
+  int row_stride() const { return size.x % 512 == 0 ? size.x + 8 : size.x; }
+};
+
+/// How light travels from the surface samples, or along the rays of fans, to the hologram: a folder
+/// of host/carriers each.
+using CarrierPlan = std::variant<SpectrumWrps, VirtualPlanes, AtHologram>;
+
+/// The surface samples, whose light is gathered.
+struct SamplesPlan {
+  bool aimed = true;   // rays are aimed at surface samples; else they form a fan
+  double pitch_m = 1;  // on surfaces, at the lattice's depth full_z_m
+  int antialias = 4;   // rays per side of a sample's cell; 0: one through its centre
+  // Parts per side of the hologram's window in the visibility mask of a sample; 0: nothing hides
+  // anything
+  int visibility_parts = 8;
 };
 
 /// The lights and materials of the scene that a plan was made for.
@@ -177,72 +243,41 @@ Lighting lighting_of(const Scene& scene, const World& world);
 
 /// Everything that the stages after planning need to know of the scene, beside its World.
 struct Plan {
-  std::string scene_name;      // file of the scene, the start of messages
-  glm::ivec2 size{1, 1};       // pixels of the hologram
-  glm::ivec2 tile_grid{1, 1};  // {1, 1}: it is computed in one piece
-  glm::ivec2 tile_size{1, 1};  // pixels of a tile and of every WRP
-  std::vector<Tile> tiles{1};  // row by row from the top left
-  std::string why_tiles;       // as many; empty: in one piece it fits
-  glm::dvec2 pitch_m{1, 1};
-  double wavelength_m = 1;
-  std::optional<ColourSpec> colour;  // of scenes in colour
-  SlmSpec slm;  // refined phases are encoded as phases, whatever the scene says
+  std::string scene_name;  // file of the scene, the start of messages
+  HologramPlan hologram;
+  Tiling tiling;
+  SlmSpec slm;                           // refined phases are encoded as phases, whatever it says
   std::optional<RefineSettings> refine;  // with a blur
   Lighting lighting;
-  int frames = 1;               // holograms with independent random phases
-  std::uint32_t seed = 1;       // random phases of frame 0; frame i has seed + i
-  double sampling_pitch_m = 1;  // on surfaces, at the lattice's depth full_z_m
-  double padding = 2;           // side of the transformed plane over the side of a tile
-  glm::dvec3 origin_m{0};       // of the scene frame, in world coordinates: middle of the scene
-  // Depths of the surfaces nearest to the eye and farthest from it, world z
-  double near_m = 0, far_m = 0;
-  double closest_m = 0;            // smallest distance of surfaces from the hologram's plane
+  SceneExtent extent;
   std::vector<DepthLayer> layers;  // front to back; every depth belongs to one of them
-  glm::ivec2 grid{1, 1};           // holograms side by side that cover the WRPs of all layers
+  int most_layers = 1;             // asked for, where no distance is given
   // Tile by tile, layer by layer, row by row from the top left; when rays are aimed, without those
   // that no light falls into
   std::vector<Wrp> wrps;
-  // Light travels by virtual planes, one of `wrps` for each tile and layer; empty: by WRPs and the
-  // shifted angular spectrum
-  std::optional<CompactPlane> compact;
-  // Why it does so, where wrp.propagation is "auto"; empty: as the scene says
-  std::string why_propagation;
-  int most_layers = 1;  // asked for, where no distance is given
-  bool aimed = true;    // rays are aimed at surface samples; else they form a fan
-  // At mirrors and glass: trace.depth where an object is one of them
-  int bounces = 0;
-  Bounces bounces_as = Bounces::points;  // never automatic
-  Images images;                         // of samples that are seen in mirrors and through glass
+  glm::ivec2 grid{1, 1};  // holograms side by side that cover the WRPs of all layers
+  CarrierPlan carrier;
+  std::string why_carrier;  // where wrp.propagation is "auto"; empty: as the scene says
+  SamplesPlan samples;
   LatticePlan lattice;
-  int antialias = 4;  // rays per side of a sample's cell; 0: one through its centre
-  // Parts per side of the hologram's window in the visibility mask of a sample; 0: nothing hides
-  // anything
-  int visibility_parts = 8;
-  // Half width and apodization of the cone that a pixel gathers, in half holograms
-  double cone_half_width = 1, apodization = 0;
-  // The same in half tiles: as far beyond a tile's borders, where the padded plane holds it
-  glm::dvec2 tile_cone{1, 1};
-  glm::dvec2 tile_apodization{0, 0};
-  // Sine of the steepest ray to the optical axis that the SLM's pixels can show, per axis
-  glm::dvec2 largest_sine{1, 1};
-  double band_filled = 0;  // share of the SLM's band that the scene's light needs, mean of the axes
-  bool beyond_diffraction = false;  // some light of the scene would be steeper
-  glm::ivec2 padded{1, 1};          // size that is transformed, unless by virtual planes
+  SpecularPlan specular;
+  Cone cone{1, 0};                  // that a pixel gathers, in half holograms
+  bool beyond_diffraction = false;  // some light of the scene would be steeper than pixels show
   Precision precision = Precision::floats;
 
-  Channels channels() const { return {channel_of(wavelength_m), colour.has_value()}; }
-  /// Samples are gathered at the hologram itself (Method::points), and nothing is propagated.
-  bool is_at_hologram() const { return !layers.empty() && layers.front().distance_m == 0; }
-  Cone cone() const { return {cone_half_width, apodization}; }
+  Channels channels() const {
+    return {channel_of(hologram.wavelength_m), hologram.colour.has_value()};
+  }
+  bool is_at_hologram() const { return std::holds_alternative<AtHologram>(carrier); }
+  /// Null where light travels in another way.
+  const VirtualPlanes* virtual_planes() const { return std::get_if<VirtualPlanes>(&carrier); }
   /// Light from mirrors and glass comes from samples; rays of fans follow it by themselves.
-  bool has_specular_samples() const { return aimed && bounces > 0; }
+  bool has_specular_samples() const { return samples.aimed && specular.bounces > 0; }
   const DepthLayer& layer_of(const Wrp& wrp) const { return layers[wrp.layer]; }
-  const Tile& tile_of(const Wrp& wrp) const { return tiles[wrp.tile]; }
-  /// Largest distance of surfaces from the hologram's plane.
-  double farthest_m() const { return std::max(std::abs(near_m), std::abs(far_m)); }
+  const Tile& tile_of(const Wrp& wrp) const { return tiling.tiles[wrp.tile]; }
   // Sides of the hologram
-  glm::dvec2 window_m() const { return glm::dvec2(size) * pitch_m; }
-  glm::dvec2 tile_window_m() const { return glm::dvec2(tile_size) * pitch_m; }  // of a tile
+  glm::dvec2 window_m() const { return glm::dvec2(hologram.size) * hologram.pitch_m; }
+  glm::dvec2 tile_window_m() const { return glm::dvec2(tiling.tile_size) * hologram.pitch_m; }
   /// WRPs of the tile that has most.
   std::size_t most_wrps_of_a_tile() const;
   /// Places in `wrps` of a tile's first WRP and of the one after its last.
@@ -250,15 +285,21 @@ struct Plan {
   /// The layer that a surface at this depth belongs to.
   const DepthLayer& layer_at(double z_m) const;
   /// Columns and rows of the fields that are gathered.
-  glm::ivec2 gathered_size() const { return compact ? compact->size : tile_size; }
+  glm::ivec2 gathered_size() const {
+    return virtual_planes() ? virtual_planes()->size : tiling.tile_size;
+  }
   /// Pixels in memory of a gathered field.
   std::size_t gathered_pixels() const;
 };
 
 /// Samples in mirrors and glass have polynomials of their paths.
 inline bool has_fitted_paths(const Plan& plan) {
-  return plan.has_specular_samples() && plan.bounces_as == Bounces::paths;
+  return plan.has_specular_samples() && plan.specular.as == Bounces::paths;
 }
+
+/// Relative L2 error of the field by what the cone leaves out of each sample's wave
+/// (host/plan/cone.hpp); 0 for fans and where every pixel receives every sample.
+double cone_error_of(const Plan& plan);
 
 /// True when the levels of a tile depend on the others: the encoding asks how bright the hologram
 /// is as a whole, or limits its band.
@@ -276,7 +317,7 @@ WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer);
 /// Unit of the fields on devices, which add up waves sqrt(radiance) / r, one for each sample: times
 /// this length, |u|^2 is the irradiance of the scene's radiance, whatever the sampling pitch
 /// (docs/conventions.md#brightness).
-inline double amplitude_unit_m(const Plan& plan) { return plan.sampling_pitch_m; }
+inline double amplitude_unit_m(const Plan& plan) { return plan.samples.pitch_m; }
 
 /// Depths of a layer's samples as devices compare them, scene frame.
 std::pair<float, float> layer_bounds(const Plan& plan, const DepthLayer& layer);

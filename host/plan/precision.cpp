@@ -38,14 +38,15 @@ PhaseErrors phase_errors_of(const Plan& plan) {
     const auto& layer = plan.layer_of(wrp);
     const double depth_m = std::max(std::abs(layer.max_m.z - wrp.centre_m.z),
                                     std::abs(layer.min_m.z - wrp.centre_m.z));
-    const auto slope =
-        plan.largest_sine /
-        glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
+    const auto slope = plan.hologram.largest_sine /
+                       glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.hologram.largest_sine *
+                                                                      plan.hologram.largest_sine));
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
     if (wrp.centre_m.z != 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }
-  const double path_turns = path_m / plan.wavelength_m;
-  const double row_turns = plan.largest_sine.y * plan.pitch_m.y / plan.wavelength_m;
+  const double path_turns = path_m / plan.hologram.wavelength_m;
+  const double row_turns =
+      plan.hologram.largest_sine.y * plan.hologram.pitch_m.y / plan.hologram.wavelength_m;
   const bool any_near = plan.wrps[0].centre_m.z != 0;
 
   PhaseErrors errors;
@@ -53,16 +54,16 @@ PhaseErrors phase_errors_of(const Plan& plan) {
     auto& e = errors[static_cast<std::size_t>(precision)];
     e.waves_turns =
         wave_floor_turns + path_turns * (precision == Precision::doubles ? double_ulp : pair_ulp);
-    if (plan.aimed && any_near) e.waves_turns += near_turns;
-    if (plan.aimed && precision == Precision::floats)
+    if (plan.samples.aimed && any_near) e.waves_turns += near_turns;
+    if (plan.samples.aimed && precision == Precision::floats)
       e.waves_turns += float_ulp * tile_reach_rows * row_turns;
     e.bounces_turns =
-        plan.bounces *
+        plan.specular.bounces *
         (float_ulp +
          bounce_steps * (precision == Precision::doubles ? double_ulp : pair_ulp) * path_turns);
-    e.propagate_turns =
-        propagated_m > 0 ? propagation_floor_turns + double_ulp * propagated_m / plan.wavelength_m
-                         : 0;
+    e.propagate_turns = propagated_m > 0 ? propagation_floor_turns + double_ulp * propagated_m /
+                                                                         plan.hologram.wavelength_m
+                                         : 0;
   }
   return errors;
 }

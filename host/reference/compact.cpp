@@ -6,7 +6,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
-#include "host/plan/compact.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/reference/shading.hpp"
 #include "host/reference/stage.hpp"
 
@@ -41,7 +41,7 @@ double middle_of(const Gathering& what, int part) {
 
 /// Amplitude towards a place of the hologram's plane, over the distance to it.
 double amplitude_at(const Gathering& what, std::size_t sample, dvec2 place_m) {
-  const auto path = dvec3(place_m, 0) - (place(what.samples[sample]) + what.plan.origin_m);
+  const auto path = dvec3(place_m, 0) - (place(what.samples[sample]) + what.plan.extent.origin_m);
   return amplitude_towards(what, sample, path / -path.z) / glm::length(path);
 }
 
@@ -52,8 +52,8 @@ double shown(const Plan& plan, int axis, double offset_m, double length_m) {
   if (!plan.beyond_diffraction) return 1;
   const double width_m = 0.175 * plan.tile_window_m()[axis];
   const double e = std::clamp(
-      (plan.largest_sine[axis] * length_m - std::abs(offset_m)) / width_m + 1 - 13.0 / 35, 0.0,
-      1.0);
+      (plan.hologram.largest_sine[axis] * length_m - std::abs(offset_m)) / width_m + 1 - 13.0 / 35,
+      0.0, 1.0);
   return e * e * (3 - 2 * e);
 }
 
@@ -64,7 +64,7 @@ public:
   Footprint(const Gathering& what, std::size_t sample, const Wrp& wrp,
             const device::CompactFootprint& at)
       : what_(what), plan_(what.plan), sample_(sample), z0_m_(std::abs(wrp.centre_m.z)), at_(at) {
-    const auto p = place(what.samples[sample]) + plan_.origin_m;
+    const auto p = place(what.samples[sample]) + plan_.extent.origin_m;
     origin_m_ = origin_of_tile(plan_, plan_.tile_of(wrp));
     place_m_ = {(p.x - origin_m_.x), -(p.y - origin_m_.y), std::abs(p.z)};
     is_hidden_ = what.samples[sample].hidden != 0;
@@ -77,20 +77,21 @@ public:
     Complex sum = 0;
     for (std::size_t line = 0; line < across_.size(); ++line)
       sum += dft(across_[line], 0, at_.left, pixel.x) * dft(up_[line], 1, at_.top, pixel.y);
-    return sum / (static_cast<double>(plan_.compact->size.x) * plan_.compact->size.y);
+    return sum /
+           (static_cast<double>(plan_.virtual_planes()->size.x) * plan_.virtual_planes()->size.y);
   }
 
 private:
   double psi_turns(double u, double v) const {
     const double r = glm::length(place_m_ - dvec3(u, v, 0)), c = std::hypot(u, v, z0_m_);
-    return (r - c) / plan_.wavelength_m;
+    return (r - c) / plan_.hologram.wavelength_m;
   }
 
   Complex dft(const std::vector<Complex>& profile, int axis, int first, int pixel) const {
     Complex sum = 0;
     for (std::size_t i = 0; i < profile.size(); ++i)
       sum += profile[i] *
-             turned(-(first + static_cast<double>(i)) * pixel / plan_.compact->size[axis]);
+             turned(-(first + static_cast<double>(i)) * pixel / plan_.virtual_planes()->size[axis]);
     return sum;
   }
 
@@ -98,14 +99,15 @@ private:
   template <class Light>
   std::vector<Complex> profile(int axis, int first, int count, const Light& light) const {
     const int n = (count + 6 + 7) / 8 * 8;
-    const double period_m = plan_.compact->size[axis] * plan_.pitch_m[axis], step_m = period_m / n;
-    const int size = plan_.compact->size[axis],
-              half = (n * (2 * size - plan_.tile_size[axis]) - 1) / (2 * size);
+    const double period_m = plan_.virtual_planes()->size[axis] * plan_.hologram.pitch_m[axis],
+                 step_m = period_m / n;
+    const int size = plan_.virtual_planes()->size[axis],
+              half = (n * (2 * size - plan_.tiling.tile_size[axis]) - 1) / (2 * size);
     std::vector<Complex> pixels(static_cast<std::size_t>(count));
     for (int node = -half; node <= half; ++node) {
       const double at_m = node * step_m;
       const double window = bell_of(plan_, axis)(at_m / (plan_.tile_window_m()[axis] / 2));
-      const auto value = window * step_m / plan_.pitch_m[axis] * light(at_m);
+      const auto value = window * step_m / plan_.hologram.pitch_m[axis] * light(at_m);
       for (int i = 0; i < count; ++i)
         pixels[static_cast<std::size_t>(i)] += value * turned((first + i) * at_m / period_m);
     }
@@ -168,7 +170,7 @@ private:
 Complex smooth_wave(const Gathering& what, std::size_t sample, const Tile& tile, dvec2 place_m) {
   const auto& plan = what.plan;
   const auto& s = what.samples[sample];
-  const auto p = place(s) + plan.origin_m;
+  const auto p = place(s) + plan.extent.origin_m;
   const auto path = p - dvec3(place_m, 0);
   const double r = glm::length(path);
   double share = s.hidden ? smooth_share(what, sample, place_m) : 1;
@@ -176,7 +178,7 @@ Complex smooth_wave(const Gathering& what, std::size_t sample, const Tile& tile,
   const double column_m = origin_of_tile(plan, tile).x;
   share *=
       shown(plan, 0, path.x, r) * shown(plan, 1, path.y, std::hypot(p.x - column_m, path.y, p.z));
-  const auto wave = turned(r / plan.wavelength_m);
+  const auto wave = turned(r / plan.hologram.wavelength_m);
   return share * amplitude_at(what, sample, place_m) * (p.z < 0 ? std::conj(wave) : wave);
 }
 
@@ -190,12 +192,12 @@ std::vector<Complex> compact_field(const Gathering& what, const Wrp& wrp, std::u
     Footprint footprint(what, i, wrp, footprints[i]);
     const auto phasor = turned(phase_turns_of_key(what.samples[i].key, seed));
     for (std::size_t n = 0; n < pixels.size(); ++n)
-      field[n] += phasor * footprint.transform_at(pixels[n] - plan.tile_size / 2);
+      field[n] += phasor * footprint.transform_at(pixels[n] - plan.tiling.tile_size / 2);
   }
   for (std::size_t n = 0; n < pixels.size(); ++n) {
-    const auto at = dvec2(pixels[n] - plan.tile_size / 2);
-    const auto m = at * plan.pitch_m, share = at / (dvec2(plan.tile_size) / 2.0);
-    field[n] *= turned(std::hypot(m.x, m.y, wrp.centre_m.z) / plan.wavelength_m) /
+    const auto at = dvec2(pixels[n] - plan.tiling.tile_size / 2);
+    const auto m = at * plan.hologram.pitch_m, share = at / (dvec2(plan.tiling.tile_size) / 2.0);
+    field[n] *= turned(std::hypot(m.x, m.y, wrp.centre_m.z) / plan.hologram.wavelength_m) /
                 (bell_of(plan, 0)(share.x) * bell_of(plan, 1)(share.y));
     if (wrp.centre_m.z < 0) field[n] = std::conj(field[n]);
   }

@@ -24,8 +24,8 @@ Agreement against_direct_sum(const Rig& rig, std::span<const std::complex<float>
                              double unit_m) {
   const auto what = gathering(rig);
   Random random(1);
-  const auto pixels =
-      static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
+  const auto pixels = static_cast<std::size_t>(rig.plan.hologram.size.x) *
+                      static_cast<std::size_t>(rig.plan.hologram.size.y);
   Agreement result;
   double difference = 0, energy = 0;
   for (int n = 0; n < count; ++n) {

@@ -24,7 +24,7 @@ public:
         lights_(lights_of(scene, world)),
         ambient_light_(ambient_light_of(scene)),
         plan_(plan),
-        origin_m_(plan.origin_m),
+        origin_m_(plan.extent.origin_m),
         size_m_(glm::distance(world.min_m, world.max_m)) {
     for (std::size_t i = 0; i < world.triangles.size(); ++i) {
       Corners corners{};
@@ -87,7 +87,8 @@ private:
   /// The radiance that a mirror or glass shows at a point.
   double beyond(glm::dvec3 point, glm::dvec3 direction, const Look& look, bool entering,
                 int light_place, const Way& way) {
-    if (way.bounces == plan_.bounces || look.reflectivity + look.transparency == 0) return 0;
+    if (way.bounces == plan_.specular.bounces || look.reflectivity + look.transparency == 0)
+      return 0;
     const double ratio = entering ? 1 / look.ior : look.ior,
                  cosine = -glm::dot(direction, look.smooth);
     const double reflected = look.transparency > 0 ? mirrored_by_clear(ratio, std::abs(cosine)) : 0;
@@ -166,7 +167,7 @@ LensPicture seen_by_lens(const Scene& scene, const World& world, const Plan& pla
         for (int i = 0; i < view.points; ++i) {
           const glm::dvec3 from(half_m.x * ((2 * i + 1.0) / view.points - 1),
                                 half_m.y * (1 - (2 * j + 1.0) / view.points), 0);
-          sum += looking.radiance(from - plan.origin_m, glm::normalize(in_focus - from),
+          sum += looking.radiance(from - plan.extent.origin_m, glm::normalize(in_focus - from),
                                   light_place_of(i + column, j + row), {});
         }
       }

@@ -172,11 +172,11 @@ bool is_there(const Look& look, glm::dvec3 place_m, const Plan& plan, bool* doub
     const glm::dvec3 offset(0.37, 0.43, 0.31);
     std::int32_t cell[3];
     for (int axis = 0; axis < 3; ++axis) {
-      const double at = place_m[axis] * blend_cells_of_pitch / plan.sampling_pitch_m + offset[axis];
+      const double at = place_m[axis] * blend_cells_of_pitch / plan.samples.pitch_m + offset[axis];
       cell[axis] = static_cast<std::int32_t>(std::floor(at));
       if (doubt && std::abs(at - std::round(at)) < 0.02 + 1e-6 * std::abs(at)) *doubt = true;
     }
-    least = phase_turns(cell[0], cell[1], cell[2], plan.seed);
+    least = phase_turns(cell[0], cell[1], cell[2], plan.hologram.seed);
   }
   if (doubt && std::abs(look.alpha - least) < 1e-5) *doubt = true;
   return look.alpha >= least && (look.alpha > 0 || look.alpha_mode != AlphaMode::blend);

@@ -30,12 +30,15 @@ Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(tu
 dvec3 place(const device::Sample& s) { return {s.x, s.y, s.z}; }
 dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
 
-dvec2 half_window(const Plan& plan) { return dvec2(plan.size) * plan.pitch_m / 2.0; }
+dvec2 half_window(const Plan& plan) {
+  return dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0;
+}
 
 /// Apodization of the cone; at: position on the hologram, in half windows.
 double edge_weight(const Plan& plan, double at) {
-  if (plan.apodization <= 0) return std::abs(at) <= plan.cone_half_width ? 1 : 0;
-  const double e = std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0);
+  if (plan.cone.apodization <= 0) return std::abs(at) <= plan.cone.half_width ? 1 : 0;
+  const double e =
+      std::clamp((plan.cone.half_width - std::abs(at)) / plan.cone.apodization, 0.0, 1.0);
   return e * e * (3 - 2 * e);
 }
 
@@ -43,7 +46,7 @@ double edge_weight(const Plan& plan, double at) {
 /// find another.
 std::pair<int, bool> visibility_part(const Gathering& what, double at) {
   const double place =
-      (at / std::max(1.0, what.plan.cone_half_width) + 1) / 2 * what.visibility_parts;
+      (at / std::max(1.0, what.plan.cone.half_width) + 1) / 2 * what.visibility_parts;
   return {std::clamp(static_cast<int>(std::floor(place)), 0, what.visibility_parts - 1),
           std::abs(place - std::round(place)) < 1e-4};
 }
@@ -88,7 +91,7 @@ std::vector<Highlight> highlights(const Gathering& what, std::size_t index) {
   std::size_t number = 0;
   for (const auto& light : what.lights) {
     const auto seen =
-        seen_light(light, what.plan.origin_m + place(s), static_cast<int>(s.key & 15u));
+        seen_light(light, what.plan.extent.origin_m + place(s), static_cast<int>(s.key & 15u));
     const auto l = seen.direction;
     const bool is_lit = what.lit[index * what.light_words + number / 32] >> (number % 32) & 1u;
     if (is_lit && seen.intensity > 0 && seen.highlights)
@@ -113,8 +116,8 @@ Aimed aimed(const Plan& plan, dvec3 p, double plane_z_m, int axis) {
   a.chief_tangent = -p[axis] / p.z;
   a.half_tangent = half_window(plan)[axis] / std::abs(p.z);
   a.centre_m = p[axis] + a.chief_tangent * (p.z - plane_z_m);
-  a.spot_m = plan.wavelength_m / (2 * plan.cone_half_width * a.half_tangent);
-  a.half_m = plan.cone_half_width * a.half_tangent * std::abs(p.z - plane_z_m);
+  a.spot_m = plan.hologram.wavelength_m / (2 * plan.cone.half_width * a.half_tangent);
+  a.half_m = plan.cone.half_width * a.half_tangent * std::abs(p.z - plane_z_m);
   a.extent_m = a.half_m + plane_wave_tail * a.spot_m;
   return a;
 }
@@ -150,24 +153,24 @@ std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, 
                                    double step_m, int pixels,
                                    const std::function<double(double tangent)>& amplitude_at) {
   const auto sine_of = [](double tangent) { return tangent / std::hypot(1.0, tangent); };
-  const double low = sine_of(a.chief_tangent - plan.cone_half_width * a.half_tangent),
-               high = sine_of(a.chief_tangent + plan.cone_half_width * a.half_tangent);
+  const double low = sine_of(a.chief_tangent - plan.cone.half_width * a.half_tangent),
+               high = sine_of(a.chief_tangent + plan.cone.half_width * a.half_tangent);
   const int count = std::min(wave_count(a).first, most_plane_waves);
-  const double visibility_half = std::max(1.0, plan.cone_half_width);
+  const double visibility_half = std::max(1.0, plan.cone.half_width);
   std::vector<Parts> sums(static_cast<std::size_t>(pixels));
   for (int n = 0; n < count; ++n) {
     const double step = (high - low) / count, sine = low + (n + 0.5) * step,
                  cosine = std::sqrt(1 - sine * sine);
-    if (std::abs(sine) > plan.largest_sine[axis]) continue;
+    if (std::abs(sine) > plan.hologram.largest_sine[axis]) continue;
     const double at = side * (sine / cosine - a.chief_tangent) / a.half_tangent;
     const auto part = static_cast<std::size_t>(std::clamp(
         static_cast<int>(std::floor((at / visibility_half + 1) / 2 * parts)), 0, parts - 1));
-    const double weight = step / cosine * (plan.apodization > 0 ? edge_weight(plan, at) : 1) *
+    const double weight = step / cosine * (plan.cone.apodization > 0 ? edge_weight(plan, at) : 1) *
                           amplitude_at(sine / cosine);
     for (int i = 0; i < pixels; ++i) {
       const double offset_m = first_m + i * step_m - place_m;
       sums[static_cast<std::size_t>(i)][part] +=
-          weight * turned((sine * offset_m - depth_m * (1 - cosine)) / plan.wavelength_m);
+          weight * turned((sine * offset_m - depth_m * (1 - cosine)) / plan.hologram.wavelength_m);
     }
   }
   return sums;
@@ -176,7 +179,7 @@ std::vector<Parts> plane_wave_sums(const Plan& plan, const Aimed& a, int parts, 
 /// The direction nearest to a highlight's that the fan holds.
 dvec3 within_fan(const Plan& plan, const Aimed& x, const Aimed& y, dvec3 direction) {
   const auto nearest = [&](const Aimed& a, double part) {
-    const double reach = plan.cone_half_width * a.half_tangent;
+    const double reach = plan.cone.half_width * a.half_tangent;
     return std::clamp(part / std::max(-direction.z, 1e-6), a.chief_tangent - reach,
                       a.chief_tangent + reach);
   };
@@ -201,8 +204,8 @@ public:
         corner_(reference::pixel_m(plan_, centre_, 0)),
         bounds_(layer_bounds(plan_, plan_.layer_of(wrp))),
         seed_(seed) {
-    const auto pixels =
-        static_cast<std::size_t>(plan_.size.x) * static_cast<std::size_t>(plan_.size.y);
+    const auto pixels = static_cast<std::size_t>(plan_.hologram.size.x) *
+                        static_cast<std::size_t>(plan_.hologram.size.y);
     result_.field.resize(pixels);
     result_.unsure.resize(pixels);
   }
@@ -217,7 +220,7 @@ public:
 private:
   void add(std::size_t index) {
     const auto& s = what_.samples[index];
-    const auto p = place(s) + plan_.origin_m;
+    const auto p = place(s) + plan_.extent.origin_m;
     const auto x = aimed(plan_, p, centre_.z, 0), y = aimed(plan_, p, centre_.z, 1);
     const auto near =
         centre_.z != 0 ? is_plane_wave_sample(x, y, what_.plane_wave_spots) : Decision{};
@@ -253,24 +256,24 @@ private:
       best = towards;
     }
     if (most <= 0) return;
-    const auto [left, right] =
-        pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x.centre_m, x.extent_m);
-    const auto [top, bottom] =
-        pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y.centre_m, y.extent_m);
+    const auto [left, right] = pixels_within(corner_.x, plan_.hologram.pitch_m.x,
+                                             plan_.hologram.size.x, x.centre_m, x.extent_m);
+    const auto [top, bottom] = pixels_within(corner_.y, -plan_.hologram.pitch_m.y,
+                                             plan_.hologram.size.y, y.centre_m, y.extent_m);
     if (left > right || top > bottom) return;
     const int parts = plane_wave_parts(what_);
-    const auto across =
-        plane_wave_sums(plan_, x, parts, p.x, depth_m, side, 0, corner_.x + left * plan_.pitch_m.x,
-                        plan_.pitch_m.x, right - left + 1, [&](double t) {
-                          return amplitude_towards(what_, index, {t, best.y, -1});
-                        });
-    const auto up =
-        plane_wave_sums(plan_, y, parts, p.y, depth_m, side, 1, corner_.y - top * plan_.pitch_m.y,
-                        -plan_.pitch_m.y, bottom - top + 1, [&](double t) {
-                          return amplitude_towards(what_, index, {best.x, t, -1});
-                        });
-    const auto common = Complex(0, side) * turned(depth_m / plan_.wavelength_m) * phasor /
-                        (most * plan_.wavelength_m);
+    const auto across = plane_wave_sums(plan_, x, parts, p.x, depth_m, side, 0,
+                                        corner_.x + left * plan_.hologram.pitch_m.x,
+                                        plan_.hologram.pitch_m.x, right - left + 1, [&](double t) {
+                                          return amplitude_towards(what_, index, {t, best.y, -1});
+                                        });
+    const auto up = plane_wave_sums(plan_, y, parts, p.y, depth_m, side, 1,
+                                    corner_.y - top * plan_.hologram.pitch_m.y,
+                                    -plan_.hologram.pitch_m.y, bottom - top + 1, [&](double t) {
+                                      return amplitude_towards(what_, index, {best.x, t, -1});
+                                    });
+    const auto common = Complex(0, side) * turned(depth_m / plan_.hologram.wavelength_m) * phasor /
+                        (most * plan_.hologram.wavelength_m);
     std::array<double, 64> shares{};
     for (int part = 0; part < parts * parts; ++part)
       shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part % parts, part / parts);
@@ -291,16 +294,16 @@ private:
   }
 
   std::size_t index_of(int column, int row) const {
-    return static_cast<std::size_t>(row) * static_cast<std::size_t>(plan_.size.x) +
+    return static_cast<std::size_t>(row) * static_cast<std::size_t>(plan_.hologram.size.x) +
            static_cast<std::size_t>(column);
   }
 
   template <class Use>
   void each(double x_m, double y_m, double half_x_m, double half_y_m, Use use) {
     const auto [left, right] =
-        pixels_within(corner_.x, plan_.pitch_m.x, plan_.size.x, x_m, half_x_m);
+        pixels_within(corner_.x, plan_.hologram.pitch_m.x, plan_.hologram.size.x, x_m, half_x_m);
     const auto [top, bottom] =
-        pixels_within(corner_.y, -plan_.pitch_m.y, plan_.size.y, y_m, half_y_m);
+        pixels_within(corner_.y, -plan_.hologram.pitch_m.y, plan_.hologram.size.y, y_m, half_y_m);
     for (int row = top; row <= bottom; ++row)
       for (int column = left; column <= right; ++column) use(index_of(column, row));
   }
@@ -333,7 +336,7 @@ private:
 Complex phasor_of(const Gathering& what, std::size_t sample, std::uint32_t seed) {
   const auto& s = what.samples[sample];
   const auto phasor = turned(phase_turns_of_key(s.key, seed));
-  return place(s).z + what.plan.origin_m.z < 0 ? std::conj(phasor) : phasor;
+  return place(s).z + what.plan.extent.origin_m.z < 0 ? std::conj(phasor) : phasor;
 }
 
 double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 towards) {
@@ -349,7 +352,7 @@ double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 to
 
 double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_m) {
   const int parts = what.visibility_parts;
-  const auto half_m = half_window(what.plan) * std::max(1.0, what.plan.cone_half_width);
+  const auto half_m = half_window(what.plan) * std::max(1.0, what.plan.cone.half_width);
   const auto at = (place_m / half_m + 1.0) * (parts / 2.0) - 0.5;
   double share = 0;
   for (int j = -2; j < parts + 2; ++j) {
@@ -364,7 +367,7 @@ double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_
 AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m) {
   const auto& plan = what.plan;
   const auto& s = what.samples[sample];
-  const auto p = place(s) + plan.origin_m;
+  const auto p = place(s) + plan.extent.origin_m;
   const double depth = p.z - pixel_m.z;
   AimedRay ray;
   double edges = 1;
@@ -373,7 +376,7 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
       // The position at which the light meets the hologram, in half holograms.
       const double at =
           (pixel_m[axis] - (p[axis] - pixel_m[axis]) * pixel_m.z / depth) / half_window(plan)[axis];
-      if (plan.apodization == 0 && std::abs(std::abs(at) - plan.cone_half_width) < 1e-3)
+      if (plan.cone.apodization == 0 && std::abs(std::abs(at) - plan.cone.half_width) < 1e-3)
         ray.unsure = true;
       edges *= edge_weight(plan, at);
     }
@@ -381,9 +384,10 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   }
   const auto towards = (pixel_m - p) / depth;  // towards the hologram, z = -1
   for (int axis = 0; axis < 2; ++axis) {
-    const double sine = std::abs(towards[axis]) / length(towards) / plan.largest_sine[axis];
+    const double sine =
+        std::abs(towards[axis]) / length(towards) / plan.hologram.largest_sine[axis];
     if (std::abs(sine - 1) < undecided) ray.unsure = true;
-    if (plan.largest_sine[axis] < 1 && sine > 1) return ray;
+    if (plan.hologram.largest_sine[axis] < 1 && sine > 1) return ray;
   }
   if (s.hidden && plan.is_at_hologram()) {
     edges *= smooth_share(what, sample, dvec2(pixel_m));
@@ -397,14 +401,15 @@ AimedRay aimed_ray(const Gathering& what, std::size_t sample, glm::dvec3 pixel_m
   // Converging light turns by half a period at its focus.
   const double signed_r = std::copysign(length(pixel_m - p), depth), side = p.z < 0 ? -1 : 1;
   ray.wave = edges * amplitude_towards(what, sample, towards) * side / signed_r *
-             turned(signed_r / plan.wavelength_m);
+             turned(signed_r / plan.hologram.wavelength_m);
   return ray;
 }
 
 glm::dvec3 pixel_m(const Plan& plan, glm::dvec3 centre_m, std::size_t index) {
-  const auto nx = static_cast<std::size_t>(plan.size.x);
-  const dvec2 from_middle = dvec2(index % nx, index / nx) - dvec2(plan.size - 1) / 2.0;
-  return centre_m + dvec3(from_middle.x * plan.pitch_m.x, -from_middle.y * plan.pitch_m.y, 0);
+  const auto nx = static_cast<std::size_t>(plan.hologram.size.x);
+  const dvec2 from_middle = dvec2(index % nx, index / nx) - dvec2(plan.hologram.size - 1) / 2.0;
+  return centre_m + dvec3(from_middle.x * plan.hologram.pitch_m.x,
+                          -from_middle.y * plan.hologram.pitch_m.y, 0);
 }
 
 GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed) {
@@ -412,12 +417,15 @@ GatheredField gather(const Gathering& what, const Wrp& wrp, std::uint32_t seed) 
 }
 
 Field hologram(const Plan& plan, std::span<const Field> wrps) {
-  Field sum(static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y));
+  Field sum(static_cast<std::size_t>(plan.hologram.size.x) *
+            static_cast<std::size_t>(plan.hologram.size.y));
   for (std::size_t i = 0; i < wrps.size(); ++i) {
     const auto centre_m = plan.wrps[i].centre_m;
-    const auto arrived = shifted_angular_spectrum(
-        wrps[i], {plan.size, plan.pitch_m, plan.wavelength_m, -dvec2(centre_m), centre_m.z},
-        plan.padded);
+    const auto arrived =
+        shifted_angular_spectrum(wrps[i],
+                                 {plan.hologram.size, plan.hologram.pitch_m,
+                                  plan.hologram.wavelength_m, -dvec2(centre_m), centre_m.z},
+                                 std::get<SpectrumWrps>(plan.carrier).padded);
     for (std::size_t at = 0; at < sum.size(); ++at) sum[at] += arrived[at];
   }
   return sum;

@@ -48,7 +48,7 @@ public:
   }
 
   CellSamples found() {
-    const int n = rig_.plan.antialias;
+    const int n = rig_.plan.samples.antialias;
     for (const int at : order()) {
       const dvec2 off = (dvec2(at % n, at / n) + 0.5) / double(n) - 0.5;
       parts_.push_back({off, meetings(off)});
@@ -75,7 +75,8 @@ private:
 
   /// Parts in the order in which they are asked: of 4 x 4, the inner ones first.
   std::vector<int> order() const {
-    if (rig_.plan.antialias == 4) return {5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14, 0, 3, 12, 15};
+    if (rig_.plan.samples.antialias == 4)
+      return {5, 6, 9, 10, 1, 2, 4, 7, 8, 11, 13, 14, 0, 3, 12, 15};
     return {0, 1, 2, 3};
   }
 
@@ -83,7 +84,7 @@ private:
   /// outside.
   std::vector<Meeting> meetings(dvec2 off) {
     const dvec3 direction((middle_ + off) * lattice_.step, 1);
-    const Ray ray{-rig_.plan.origin_m, direction, 0, 2 * rig_.plan.far_m};
+    const Ray ray{-rig_.plan.extent.origin_m, direction, 0, 2 * rig_.plan.extent.far_m};
     std::vector<std::pair<Hit, std::size_t>> hits, near_edges, doubtful;
     for (std::size_t i = 0; i < rig_.corners.size(); ++i) {
       const auto wide = intersect(rig_.corners[i], ray, sideways);
@@ -203,7 +204,7 @@ private:
       const double z = light > 0 ? light / nearness : area / dark_nearness;
       const double moved = std::max(std::abs(to.x - off.x), std::abs(to.y - off.y));
       if (moved > 1e-6)
-        sample.place = -rig_.plan.origin_m + z * dvec3((middle_ + to) * lattice_.step, 1);
+        sample.place = -rig_.plan.extent.origin_m + z * dvec3((middle_ + to) * lattice_.step, 1);
       if (moved > 1e-7 && moved < 1e-5) result_.unsure = true;
       sample.radiance = shown_radiance(stage_.scene, colours / static_cast<double>(parts_.size()));
     }
@@ -224,8 +225,9 @@ private:
     const auto seen = [&](dvec3 colour) { return seen_colour(scene, colour); };
     auto radiance = seen(m.ambient) * texel * ambient_light_of(scene) + seen(m.emission);
     for (const auto& one : lights_) {
-      const auto light = seen_light(one, met.point + rig_.plan.origin_m, light_place);
-      const auto way = light.direction * light.distance_m.value_or(2 * rig_.plan.farthest_m());
+      const auto light = seen_light(one, met.point + rig_.plan.extent.origin_m, light_place);
+      const auto way =
+          light.direction * light.distance_m.value_or(2 * rig_.plan.extent.farthest_m());
       const double facing = dot(met.normal, light.direction);
       if (std::abs(facing) < undecided) result_.unsure = true;
       if (facing <= 0 || light.intensity == 0) continue;
@@ -243,7 +245,7 @@ private:
   /// Where a part of the cell looks for lights that have a size: all places, or a quarter of them
   /// and the neighbours the rest.
   int light_place_of(std::ptrdiff_t part) const {
-    if (rig_.plan.antialias == 4) return static_cast<int>(part);
+    if (rig_.plan.samples.antialias == 4) return static_cast<int>(part);
     return static_cast<int>(part) + 4 * ((column_ & 1) | (row_ & 1) << 1);
   }
 

@@ -22,8 +22,8 @@ struct CellSamples {
   bool unsure = false;
 };
 
-/// The samples of cell number `cell` of the rig's lattice, for Plan::antialias > 0 and materials
-/// without mirrors and glass.
+/// The samples of cell number `cell` of the rig's lattice, for SamplesPlan::antialias > 0 and
+/// materials without mirrors and glass.
 CellSamples samples_of_cell(const Stage& stage, const Rig& rig, std::size_t cell);
 
 }  // namespace raywave::reference

@@ -44,7 +44,7 @@ public:
       Corners triangle{};
       float* const to[] = {triangle.a, triangle.b, triangle.c};
       for (std::size_t corner = 0; corner < 3; ++corner) {
-        const auto p = corners[corner] - plan.origin_m;
+        const auto p = corners[corner] - plan.extent.origin_m;
         for (int axis = 0; axis < 3; ++axis) to[corner][axis] = static_cast<float>(p[axis]);
       }
       triangles_.push_back(triangle);
@@ -78,11 +78,13 @@ public:
     length.spread_m += hit.t / medium.index;
     weight *= std::exp(-hit.t * medium.attenuation_per_m);
     const double radiance = weight * (1 - metal - clear) * phong(surface, -direction);
-    auto sum = std::polar(
-        std::sqrt(std::max(radiance, 0.0)) /
-            std::max(length.spread_m, std::min(plan_.pitch_m.x, plan_.pitch_m.y) / 4),
-        2 * std::numbers::pi *
-            (std::remainder(length.optical_m / plan_.wavelength_m, 1) + cell_phase(surface.point)));
+    auto sum =
+        std::polar(std::sqrt(std::max(radiance, 0.0)) /
+                       std::max(length.spread_m,
+                                std::min(plan_.hologram.pitch_m.x, plan_.hologram.pitch_m.y) / 4),
+                   2 * std::numbers::pi *
+                       (std::remainder(length.optical_m / plan_.hologram.wavelength_m, 1) +
+                        cell_phase(surface.point)));
     if (bounces_left == 0 || (metal == 0 && clear == 0)) return sum;
 
     const Medium glass{surface.look.ior, surface.look.attenuation_per_m};
@@ -189,7 +191,7 @@ private:
   double phong(const Surface& surface, glm::dvec3 to_viewer) {
     const auto& look = surface.look;
     for (const auto& light : lights_) {
-      const auto seen = seen_light(light, surface.point + plan_.origin_m, light_place);
+      const auto seen = seen_light(light, surface.point + plan_.extent.origin_m, light_place);
       if (std::abs(glm::dot(look.normal, seen.direction)) < cosine_margin &&
           look.specular != glm::dvec3(0))
         undecided = true;
@@ -201,9 +203,10 @@ private:
       ++result.shadowed;
       return false;
     };
-    return shown_radiance(scene_, look.ambient * ambient_light_ + look.emission +
-                                      light_from(lights_, look, surface.point + plan_.origin_m,
-                                                 to_viewer, light_place, reaches));
+    return shown_radiance(
+        scene_, look.ambient * ambient_light_ + look.emission +
+                    light_from(lights_, look, surface.point + plan_.extent.origin_m, to_viewer,
+                               light_place, reaches));
   }
 
   double cell_phase(glm::dvec3 point) {
@@ -232,21 +235,22 @@ private:
 TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp,
                       std::uint32_t seed) {
   Tracing tracing(scene, world, plan, seed);
-  for (int row = 0; row < plan.size.y; ++row) {
-    for (int column = 0; column < plan.size.x; ++column) {
-      const glm::dvec2 off((column - (plan.size.x - 1) / 2.0) * plan.pitch_m.x,
-                           ((plan.size.y - 1) / 2.0 - row) * plan.pitch_m.y);
+  for (int row = 0; row < plan.hologram.size.y; ++row) {
+    for (int column = 0; column < plan.hologram.size.x; ++column) {
+      const glm::dvec2 off((column - (plan.hologram.size.x - 1) / 2.0) * plan.hologram.pitch_m.x,
+                           ((plan.hologram.size.y - 1) / 2.0 - row) * plan.hologram.pitch_m.y);
       const auto pixel_m = wrp.centre_m + glm::dvec3(off, 0);  // world
       std::complex<double> sum = 0;
       tracing.undecided = false;
       for (const auto& tangent : wrp.fan) {
         const auto direction = normalize(glm::dvec3(tangent, 1));
-        if (std::abs(direction.x) > plan.largest_sine.x ||
-            std::abs(direction.y) > plan.largest_sine.y)
+        if (std::abs(direction.x) > plan.hologram.largest_sine.x ||
+            std::abs(direction.y) > plan.hologram.largest_sine.y)
           continue;
         const auto ray = static_cast<int>(&tangent - wrp.fan.data());
         tracing.light_place = light_place_of(ray + column, ray / 4 + row);
-        sum += tracing.gathered(pixel_m - plan.origin_m, direction, 1, {}, {}, plan.bounces);
+        sum += tracing.gathered(pixel_m - plan.extent.origin_m, direction, 1, {}, {},
+                                plan.specular.bounces);
       }
       tracing.result.field.push_back(sum);
       tracing.result.undecided.push_back(tracing.undecided);

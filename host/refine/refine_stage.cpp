@@ -30,12 +30,13 @@ RefineStage::RefineStage(const cl::Device& device, cl::FftBackend backend, Stage
 
 void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
   plan_ = &plan;
-  if (start &&
-      (start->nx != plan.size.x || start->ny != plan.size.y || start->frames != plan.frames))
+  if (start && (start->nx != plan.hologram.size.x || start->ny != plan.hologram.size.y ||
+                start->frames != plan.hologram.frames))
     throw InputError("refinement is to begin with " + std::to_string(start->frames) +
                      " frames of " + std::to_string(start->nx) + " x " + std::to_string(start->ny) +
-                     " samples; the scene has " + std::to_string(plan.frames) + " of " +
-                     std::to_string(plan.size.x) + " x " + std::to_string(plan.size.y));
+                     " samples; the scene has " + std::to_string(plan.hologram.frames) + " of " +
+                     std::to_string(plan.hologram.size.x) + " x " +
+                     std::to_string(plan.hologram.size.y));
 }
 
 void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
@@ -52,7 +53,8 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
     refined_.keys.push_back(
         lens_key(device_, *plan_, scene, place, blur_m, key_pictures(settings)));
   }
-  auto spec = refine_spec(settings, plan_->pitch_m, plan_->wavelength_m, refined_.keys);
+  auto spec =
+      refine_spec(settings, plan_->hologram.pitch_m, plan_->hologram.wavelength_m, refined_.keys);
   spec.progress = progress_;
   auto result = refine(device_, backend_, start, refined_.keys, spec);
   refined_.phases = std::move(result.field);

@@ -55,7 +55,7 @@ struct WrpSpec {
   int layers = 1;  // largest number of depth layers where no distance is given, >= 1
   // Side of the transformed plane over the side of the hologram, 1 to 8
   double padding = 2.0;
-  // Of virtual planes (CompactPlane); empty: the planner's choice
+  // Of virtual planes (VirtualPlanes in host/plan/plan.hpp); empty: the planner's choice
   std::optional<double> guard, bell, margin_px;
   std::optional<int> lines;
 };

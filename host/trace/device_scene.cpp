@@ -143,7 +143,7 @@ Materials materials_of(const Plan& plan, const World& world) {
     put(m.diffuse, material.diffuse);
     put(m.specular, material.specular);
     material.shininess = static_cast<float>(m.shininess);
-    set_spectra(m, plan.wavelength_m, material);
+    set_spectra(m, plan.hologram.wavelength_m, material);
     material.colour = texels.map_of(maps.colour);
     material.kind = (m.vertex_colours ? MATERIAL_VERTEX_COLOURS : 0) |
                     (m.metallic_roughness ? MATERIAL_METALLIC : 0) | (m.unlit ? MATERIAL_UNLIT : 0);
@@ -169,8 +169,8 @@ Materials materials_of(const Plan& plan, const World& world) {
     material.alpha_cutoff = static_cast<float>(m.alpha_cutoff);
     material.alpha_texels = maps.alpha ? texels.first_of(*maps.alpha.image) : -1;
     material.opacity_map = texels.map_of(maps.opacity);
-    material.blend_rate = static_cast<float>(blend_cells_of_pitch / plan.sampling_pitch_m);
-    material.blend_seed = plan.seed;
+    material.blend_rate = static_cast<float>(blend_cells_of_pitch / plan.samples.pitch_m);
+    material.blend_seed = plan.hologram.seed;
     const double tint = brightest_of(maps.colour);
     for (int k = 0; k < channels.count(); ++k) {
       const int channel = channels[k];
@@ -221,7 +221,8 @@ std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>&
     device::Light light{};
     light.intensity = in_units(l.intensity, unit);
     for (int k = 0; k < 3; ++k) light.colour[k] = static_cast<float>(l.colour[k]);
-    light.of_laser = static_cast<float>(plan.colour ? plan.colour->light_of(l.colour) : 1);
+    light.of_laser =
+        static_cast<float>(plan.hologram.colour ? plan.hologram.colour->light_of(l.colour) : 1);
     light.is_point = l.is_point;
     light.falls_off = l.falls_off;
     light.axis_x = static_cast<float>(l.axis.x);
@@ -232,7 +233,7 @@ std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>&
     light.edge_offset = static_cast<float>(l.is_spot() ? -l.outer_cosine * rate : 1);
     for (std::size_t i = 0; i < places; ++i) {
       const auto& at = l.places[std::min(i, l.places.size() - 1)];
-      const auto v = l.is_point ? at - plan.origin_m : at;
+      const auto v = l.is_point ? at - plan.extent.origin_m : at;
       std::tie(light.x, light.x_low) = split(v.x);
       std::tie(light.y, light.y_low) = split(v.y);
       std::tie(light.z, light.z_low) = split(v.z);
@@ -275,11 +276,11 @@ cl::Options kernel_options(const Plan& plan) {
           {option::normal_maps, plan.lighting.normal_maps ? "1" : "0"},
           {option::alpha, std::to_string(static_cast<int>(plan.lighting.alpha))},
           {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
-          {option::bounces, std::to_string(plan.bounces)}};
+          {option::bounces, std::to_string(plan.specular.bounces)}};
 }
 
 DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
-    : device_(device), instances_(device, world, plan.origin_m, tree) {
+    : device_(device), instances_(device, world, plan.extent.origin_m, tree) {
   auto made = materials_of(plan, world);
   material_unit_ = made.unit;
   materials_ = std::move(made.materials);
@@ -328,7 +329,7 @@ void DeviceScene::show(const Plan& plan) {
 /// Materials for the plan's laser
 void DeviceScene::show_spectra(const Plan& plan) {
   for (std::size_t i = 0; i < materials_.size(); ++i)
-    set_spectra(plan.lighting.materials[i], plan.wavelength_m, materials_[i]);
+    set_spectra(plan.lighting.materials[i], plan.hologram.wavelength_m, materials_[i]);
 }
 
 /// Lights and materials, in units that keep floats in range.
@@ -339,8 +340,9 @@ void DeviceScene::upload_radiances(const Plan& plan) {
   const auto light_data = lights_in_scene_frame(*placed_, plan, light_unit);
   cl::put(device_, lights, light_data, "lights");
   light.ambient = in_units(ambient_light_of(plan.lighting), light_unit);
-  const auto laser =
-      plan.colour ? plan.colour->lasers.row(plan.colour->laser) : glm::dvec3(1, 0, 0);
+  const auto laser = plan.hologram.colour
+                         ? plan.hologram.colour->lasers.row(plan.hologram.colour->laser)
+                         : glm::dvec3(1, 0, 0);
   for (int k = 0; k < 3; ++k) light.laser[k] = static_cast<float>(laser[k]);
   radiance_unit = material_unit_ * light_unit;
   // Emission needs no light, and is in units of both

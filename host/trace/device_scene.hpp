@@ -22,8 +22,8 @@ namespace raywave {
 cl::Options kernel_options(const Plan& plan);
 
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
-/// lights and textures in device memory. Scene frame: the world minus Plan::origin_m, subtracted in
-/// double.
+/// lights and textures in device memory. Scene frame: the world minus
+/// SceneExtent::origin_m, subtracted in double.
 ///
 /// Vertices and trees stay in the scene frame of the first plan (host/trace/instances.hpp).
 class DeviceScene {

@@ -28,31 +28,31 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
   const cl::ComplexBuffer fan(device_, std::span<const std::complex<float>>(tangents), "fan");
 
   // The WRP in the scene frame, lengths as pairs of floats
-  const glm::dvec3 centre = wrp.centre_m - plan_.origin_m;
+  const glm::dvec3 centre = wrp.centre_m - plan_.extent.origin_m;
   device::TracePlane plane{};
-  plane.nx = plan_.tile_size.x;
-  plane.ny = plan_.tile_size.y;
+  plane.nx = plan_.tiling.tile_size.x;
+  plane.ny = plan_.tiling.tile_size.y;
   std::tie(plane.left, plane.left_low) =
-      split(centre.x - (plan_.tile_size.x - 1) / 2.0 * plan_.pitch_m.x);
+      split(centre.x - (plan_.tiling.tile_size.x - 1) / 2.0 * plan_.hologram.pitch_m.x);
   std::tie(plane.top, plane.top_low) =
-      split(centre.y + (plan_.tile_size.y - 1) / 2.0 * plan_.pitch_m.y);
+      split(centre.y + (plan_.tiling.tile_size.y - 1) / 2.0 * plan_.hologram.pitch_m.y);
   std::tie(plane.z, plane.z_low) = split(centre.z);
-  std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.pitch_m.x);
-  std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.pitch_m.y);
-  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
-  plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
-  plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
-  plane.sampling_rate = static_cast<float>(1 / plan_.sampling_pitch_m);
+  std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.hologram.pitch_m.x);
+  std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.hologram.pitch_m.y);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
+  plane.sine_limit_x = static_cast<float>(plan_.hologram.largest_sine.x);
+  plane.sine_limit_y = static_cast<float>(plan_.hologram.largest_sine.y);
+  plane.sampling_rate = static_cast<float>(1 / plan_.samples.pitch_m);
   plane.bias = scene_.bias_m;
-  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.far_m - wrp.centre_m.z) +
+  plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.extent.far_m - wrp.centre_m.z) +
                      static_cast<float>(glm::length(centre)));
   plane.seed = seed;
 
   // One work-item per packet of `lanes_` pixels of a row
-  const auto packets = static_cast<std::size_t>((plan_.tile_size.x + lanes_ - 1) / lanes_);
+  const auto packets = static_cast<std::size_t>((plan_.tiling.tile_size.x + lanes_ - 1) / lanes_);
   const cl::Range local = lanes_ == 1 ? cl::Range{8, 8} : cl::Range{1, 1};
-  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tile_size.y)}, local, scene_.arguments(),
-                 fan, static_cast<std::int32_t>(tangents.size()), plane, field);
+  trace_fan_.run({packets, static_cast<std::size_t>(plan_.tiling.tile_size.y)}, local,
+                 scene_.arguments(), fan, static_cast<std::int32_t>(tangents.size()), plane, field);
 }
 
 }  // namespace raywave

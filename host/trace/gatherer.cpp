@@ -63,7 +63,7 @@ void Gatherer::draw_phases(std::uint32_t seed) {
   if (table_.count > 0)
     draw_phases_.run({static_cast<std::size_t>(table_.count)},
                      {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
-                     frames_, seed, static_cast<float>(-plan_.origin_m.z), phasors_);
+                     frames_, seed, static_cast<float>(-plan_.extent.origin_m.z), phasors_);
 }
 
 /// Floats of one axis of the profiles of plane-wave samples, in whole packets.
@@ -75,8 +75,8 @@ std::int32_t Gatherer::profile_room(int pixels) const {
 device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
   const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
-  const glm::ivec2 size = plan_.tile_size;
-  const glm::dvec2 pitch = plan_.pitch_m, half_window = plan_.tile_window_m() / 2.0;
+  const glm::ivec2 size = plan_.tiling.tile_size;
+  const glm::dvec2 pitch = plan_.hologram.pitch_m, half_window = plan_.tile_window_m() / 2.0;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
   // Centre of pixel (0, 0), world
   const glm::dvec2 corner =
@@ -85,28 +85,28 @@ device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
   device::GatherPlane plane{};
   plane.nx = size.x;
   plane.ny = size.y;
-  std::tie(plane.left, plane.left_low) = split(corner.x - plan_.origin_m.x);
-  std::tie(plane.top, plane.top_low) = split(corner.y - plan_.origin_m.y);
-  std::tie(plane.z, plane.z_low) = split(centre_m.z - plan_.origin_m.z);
+  std::tie(plane.left, plane.left_low) = split(corner.x - plan_.extent.origin_m.x);
+  std::tie(plane.top, plane.top_low) = split(corner.y - plan_.extent.origin_m.y);
+  std::tie(plane.z, plane.z_low) = split(centre_m.z - plan_.extent.origin_m.z);
   std::tie(plane.pitch_x, plane.pitch_x_low) = split(pitch.x);
   std::tie(plane.pitch_y, plane.pitch_y_low) = split(pitch.y);
-  std::tie(plane.hologram_x, plane.hologram_x_low) = split(tile_m.x - plan_.origin_m.x);
-  std::tie(plane.hologram_y, plane.hologram_y_low) = split(tile_m.y - plan_.origin_m.y);
-  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
-  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  std::tie(plane.hologram_x, plane.hologram_x_low) = split(tile_m.x - plan_.extent.origin_m.x);
+  std::tie(plane.hologram_y, plane.hologram_y_low) = split(tile_m.y - plan_.extent.origin_m.y);
+  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.extent.origin_m.z);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
   std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
 
   // The cone of each sample. A plane at the hologram has no cone to apodize: every pixel receives
   // every sample.
   const bool at_hologram = centre_m.z == 0;
-  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tile_cone,
-             edge = at_hologram ? glm::dvec2(0) : plan_.tile_apodization;
+  const auto fan = at_hologram ? glm::dvec2(1) : plan_.tiling.cone,
+             edge = at_hologram ? glm::dvec2(0) : plan_.tiling.apodization;
   plane.cone_x = static_cast<float>(fan.x);
   plane.cone_y = static_cast<float>(fan.y);
   plane.apodization_rate_x = edge.x > 0 ? static_cast<float>(1 / edge.x) : 0.0f;
   plane.apodization_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
-  plane.sine_limit_x = static_cast<float>(plan_.largest_sine.x);
-  plane.sine_limit_y = static_cast<float>(plan_.largest_sine.y);
+  plane.sine_limit_x = static_cast<float>(plan_.hologram.largest_sine.x);
+  plane.sine_limit_y = static_cast<float>(plan_.hologram.largest_sine.y);
   const auto reference = plan_.slm.illumination.sine_at(tile_m),
              fall = plan_.slm.illumination.curvature_per_m() * half_window;
   plane.reference_x = static_cast<float>(reference.x);
@@ -118,7 +118,7 @@ device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
 
   // Visibility masks divide the window of the whole hologram, enlarged by the cone: scale and shift
   // map positions in the tile's window to it.
-  const auto visibility_half = std::max(1.0, plan_.cone_half_width) * plan_.window_m() / 2.0;
+  const auto visibility_half = std::max(1.0, plan_.cone.half_width) * plan_.window_m() / 2.0;
   plane.visibility_scale_x = static_cast<float>(half_window.x / visibility_half.x);
   plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
   plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
@@ -142,9 +142,9 @@ void Gatherer::add_footprints(const Wrp& wrp, device::GatherPlane& plane) const 
   const auto& layer = plan_.layer_of(wrp);
   const auto centre_m = wrp.centre_m;
   const double near_m = layer.min_m.z, far_m = layer.max_m.z, farthest_m = layer.farthest_m();
-  const glm::ivec2 size = plan_.tile_size;
-  const glm::dvec2 pitch = plan_.pitch_m, half_window = plan_.tile_window_m() / 2.0,
-                   fan = plan_.tile_cone;
+  const glm::ivec2 size = plan_.tiling.tile_size;
+  const glm::dvec2 pitch = plan_.hologram.pitch_m, half_window = plan_.tile_window_m() / 2.0,
+                   fan = plan_.tiling.cone;
   const auto tile_m = plan_.tile_of(wrp).centre_m;
   const glm::dvec2 corner =
       glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
@@ -160,8 +160,8 @@ void Gatherer::add_footprints(const Wrp& wrp, device::GatherPlane& plane) const 
   plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
   plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
   // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
-  const glm::dvec2 spot(spot_of(plan_.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
-                        spot_of(plan_.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
+  const glm::dvec2 spot(spot_of(plan_.hologram.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
+                        spot_of(plan_.hologram.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
   const double nearest = std::max({0.0, near_m - centre_m.z, centre_m.z - far_m});
   const auto narrowest = fan * half_window * (nearest / farthest_m);
   const bool any_near =

@@ -20,7 +20,7 @@ public:
   /// Draws the random phases of frames seed, seed + 1, ... for the current samples of the table.
   void draw_phases(std::uint32_t seed);
 
-  /// Fills `field` (frames x Plan::tile_size) with the field of the layer's
+  /// Fills `field` (frames x Tiling::tile_size) with the field of the layer's
   /// samples on the WRP. Every pixel of a WRP at the hologram receives every sample.
   ///
   /// accuracy  docs/accuracy.md, "Tracing and gathering"

@@ -229,9 +229,9 @@ std::vector<std::size_t> Instances::place(const World& world, const Plan& plan, 
   std::vector<Box> boxes;
   for (std::size_t i = 0; i < roots_.size(); ++i) {
     const auto motion = motion_of(objects_[i][0]);
-    placed.push_back(instance_after(motion, anchor_m_, plan.origin_m, plan.lattice.eye_m,
+    placed.push_back(instance_after(motion, anchor_m_, plan.extent.origin_m, plan.lattice.eye_m,
                                     root_nodes_[i], roots_[i]));
-    boxes.push_back(box_after(motion, anchor_m_, plan.origin_m, root_nodes_[i]));
+    boxes.push_back(box_after(motion, anchor_m_, plan.extent.origin_m, root_nodes_[i]));
   }
   if (const auto top = build_box_tree(boxes); !top.empty()) {
     placed[0].top = 0;

@@ -26,7 +26,7 @@ constexpr int most_samples = 1 << 28;
 
 device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   const auto& wanted = plan.lattice;
-  const glm::dvec3 centre = -plan.origin_m;
+  const glm::dvec3 centre = -plan.extent.origin_m;
   device::Lattice lattice{};
   lattice.first_x = wanted.first.x;
   lattice.first_y = wanted.first.y;
@@ -36,29 +36,33 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.centre_x = static_cast<float>(centre.x);
   lattice.centre_y = static_cast<float>(centre.y);
   lattice.centre_z = static_cast<float>(centre.z);
-  const auto eye = wanted.eye_m - plan.origin_m;
+  const auto eye = wanted.eye_m - plan.extent.origin_m;
   lattice.eye_x = static_cast<float>(eye.x);
   lattice.eye_y = static_cast<float>(eye.y);
   lattice.eye_z = static_cast<float>(eye.z);
   lattice.steepest_x = lattice.steepest_y = std::numeric_limits<float>::max();
   if (is_near_hologram(plan)) {
     // Of light along one axis, farther off the axis along the other
-    const auto sine = glm::min(plan.largest_sine + glm::abs(plan.slm.illumination.sine), 0.7);
+    const auto sine =
+        glm::min(plan.hologram.largest_sine + glm::abs(plan.slm.illumination.sine), 0.7);
     const double cosine = std::sqrt(1 - std::min(glm::dot(sine, sine), 0.98));
     lattice.steepest_x = static_cast<float>(sine.x / cosine);
     lattice.steepest_y = static_cast<float>(sine.y / cosine);
   }
-  lattice.near_z = static_cast<float>(plan.near_m - plan.origin_m.z) - 0.01f * scene.diameter_m;
+  lattice.near_z =
+      static_cast<float>(plan.extent.near_m - plan.extent.origin_m.z) - 0.01f * scene.diameter_m;
   lattice.full_z = static_cast<float>(wanted.full_z_m);
   lattice.layer_gap = static_cast<float>(1e-3 * wanted.step * wanted.full_z_m);
   lattice.bias = scene.bias_m;
   lattice.reach = static_cast<float>(
-      plan.near_m > 0 ? plan.far_m * 2
-                      : 2 * (plan.farthest_m() + plan.far_m - plan.near_m) + scene.diameter_m);
-  lattice.half_width =
-      static_cast<float>(plan.size.x * plan.pitch_m.x / 2 * std::max(1.0, plan.cone_half_width));
-  lattice.half_height =
-      static_cast<float>(plan.size.y * plan.pitch_m.y / 2 * std::max(1.0, plan.cone_half_width));
+      plan.extent.near_m > 0
+          ? plan.extent.far_m * 2
+          : 2 * (plan.extent.farthest_m() + plan.extent.far_m - plan.extent.near_m) +
+                scene.diameter_m);
+  lattice.half_width = static_cast<float>(plan.hologram.size.x * plan.hologram.pitch_m.x / 2 *
+                                          std::max(1.0, plan.cone.half_width));
+  lattice.half_height = static_cast<float>(plan.hologram.size.y * plan.hologram.pitch_m.y / 2 *
+                                           std::max(1.0, plan.cone.half_width));
   return lattice;
 }
 
@@ -87,21 +91,21 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
 
 SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                          bool keep_unseen, std::optional<Counting> counting)
-    : visibility_parts(plan.visibility_parts),
+    : visibility_parts(plan.samples.visibility_parts),
       keep_unseen_(keep_unseen),
       device_(device),
       program_(
           device, "kernels/samples/samples.cl",
-          cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
+          cl::with(scene.options, {{option::antialias, std::to_string(plan.samples.antialias)},
                                    {option::visibility_parts, std::to_string(visibility_parts)}})),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device, scene) {
-  if (plan.colour) show_laser_.emplace(program_.kernel("show_laser"));
+  if (plan.hologram.colour) show_laser_.emplace(program_.kernel("show_laser"));
   if (plan.has_specular_samples())
     specular_.emplace(
         device,
-        cl::with(scene.options, {{option::antialias, std::to_string(plan.antialias)},
+        cl::with(scene.options, {{option::antialias, std::to_string(plan.samples.antialias)},
                                  {option::visibility_parts, std::to_string(visibility_parts)},
                                  {option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
   else if (counting.value_or(counting_of(device.info())) == Counting::on_device)
@@ -127,7 +131,7 @@ std::vector<glm::ivec2> SampleTable::find_specular(const Plan& plan, const Devic
 
 void SampleTable::show(const Plan& plan, const DeviceScene& scene) {
   const auto wanted = lattice_of(plan, scene);
-  if (!show_laser_ || specular_ || visibility_parts != plan.visibility_parts ||
+  if (!show_laser_ || specular_ || visibility_parts != plan.samples.visibility_parts ||
       std::memcmp(&wanted, &lattice, sizeof wanted) != 0)
     find(plan, scene);
   else

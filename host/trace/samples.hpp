@@ -37,7 +37,7 @@ public:
   void show(const Plan& plan, const DeviceScene& scene);
 
   device::Lattice lattice{};
-  int visibility_parts;  // Plan::visibility_parts
+  int visibility_parts;  // SamplesPlan::visibility_parts
   int count = 0;
   int hidden = 0;    // samples that are hidden from some part of the window
   int specular = 0;  // samples that are seen in mirrors or through glass

@@ -122,7 +122,7 @@ SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& option
 std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene& scene,
                                             const device::Lattice& lattice,
                                             std::span<const glm::ivec2> cells) {
-  if (const double reach = 1 / std::max(1.0, plan.cone_half_width); reach != fit_reach_) {
+  if (const double reach = 1 / std::max(1.0, plan.cone.half_width); reach != fit_reach_) {
     fit_ = {device_, std::span<const float>(fits(reach)), "fits of paths"};
     fit_reach_ = reach;
   }
@@ -137,9 +137,10 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     make_room(device_, paths_, room, "paths over mirrors and through glass");
     const auto number = [](double value) { return static_cast<float>(value); };
     find_.run({cells.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-              scene.arguments(), lattice, number(plan.images.near_m), number(plan.images.far_m),
-              fit_, cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
-              visibility_masks_, paths_);
+              scene.arguments(), lattice, number(plan.specular.images.near_m),
+              number(plan.specular.images.far_m), fit_, cells_,
+              static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_, visibility_masks_,
+              paths_);
     counts_.read(counts);
     int most = 0;
     for (const auto& count : counts) most = std::max(most, count.x);

@@ -14,13 +14,13 @@ namespace {
 /// throws  InputError when the paper's fan has no ray that the hologram's pixels can show
 void require_rays(const Plan& plan) {
   const auto has_rays = [](const Wrp& wrp) { return !wrp.fan.empty(); };
-  if (plan.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(), has_rays)) return;
+  if (plan.samples.aimed || std::any_of(plan.wrps.begin(), plan.wrps.end(), has_rays)) return;
   const auto degrees = [](double sine) {
     return number_text(std::asin(sine) * 180 / std::numbers::pi) + " degrees";
   };
   throw InputError(
       plan.scene_name + ": no ray of the fan is as flat as the hologram's pixels can show, " +
-      degrees(plan.largest_sine.x) + " x " + degrees(plan.largest_sine.y) +
+      degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
       " off the axis; give a smaller sampling.pitch or hologram.pitch, or bring the scene to the "
       "axis");
 }
@@ -32,8 +32,9 @@ void TracedWorld::prepare(const World& world, const Plan& plan, bool has_stayed,
   require_rays(plan);
   place(world, plan, has_stayed);
   const StageClock clock(times_, "samples");
-  const TableKey key{plan.bounces_as, plan.antialias, plan.visibility_parts, scene_->options};
-  if (!plan.aimed) {
+  const TableKey key{plan.specular.as, plan.samples.antialias, plan.samples.visibility_parts,
+                     scene_->options};
+  if (!plan.samples.aimed) {
     table_ = nullptr;
   } else if (!table_ || key != built_for_) {
     release();

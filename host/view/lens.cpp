@@ -50,13 +50,13 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
                    high = glm::min(what.view + what.aperture, 1.0);
   if (!(low.x < high.x && low.y < high.y))
     throw InputError("lens: view and aperture leave no part of the hologram open");
-  const glm::dvec2 half_m = glm::dvec2(plan.size) * plan.pitch_m / 2.0;
+  const glm::dvec2 half_m = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0;
   const glm::dvec2 step_m = (high - low) * half_m / static_cast<double>(what.points);
-  const glm::dvec2 origin_m(plan.origin_m);
+  const glm::dvec2 origin_m(plan.extent.origin_m);
   // Rays start just before the scene, on the eye's side: from the hologram, rounding would grow
   // with its distance.
-  const double before_m = plan.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m),
-               start_m = plan.near_m > 0 ? std::max(0.0, before_m) : before_m;
+  const double before_m = plan.extent.near_m - 0x1p-10 * static_cast<double>(scene.diameter_m),
+               start_m = plan.extent.near_m > 0 ? std::max(0.0, before_m) : before_m;
 
   device::LensPlane lens{};
   lens.nx = size.x;
@@ -74,15 +74,16 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   // Near the hologram, most of such a lens would see light that is too steep for the pixels
   if (is_near_hologram(plan)) {
     const auto reach_m =
-        std::abs(what.z_m) * plan.largest_sine /
-        glm::sqrt(glm::max(glm::dvec2(0.01), 1.0 - plan.largest_sine * plan.largest_sine));
+        std::abs(what.z_m) * plan.hologram.largest_sine /
+        glm::sqrt(glm::max(glm::dvec2(0.01),
+                           1.0 - plan.hologram.largest_sine * plan.hologram.largest_sine));
     lens.reach_x = static_cast<float>(reach_m.x);
     lens.reach_y = static_cast<float>(reach_m.y);
   }
   lens.start = static_cast<float>(start_m);
-  lens.start_z = static_cast<float>(start_m - plan.origin_m.z);
+  lens.start_z = static_cast<float>(start_m - plan.extent.origin_m.z);
   lens.bias = scene.bias_m;
-  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.farthest_m()));
+  lens.reach = 4 * (scene.diameter_m + static_cast<float>(plan.extent.farthest_m()));
   lens.spread_x = what.area ? lens.pitch_x : 0;
   lens.spread_y = what.area ? lens.pitch_y : 0;
   lens.scatter = scatter_of(what.points);
@@ -94,8 +95,9 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
 Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                    const LensSpec& what, const std::function<void(double)>& progress) {
   check(what);
-  const auto pixel_m = what.pixel_m.value_or(plan.pitch_m);
-  const auto size = picture_size(what.window_m.value_or(plan.window_m()), plan.size, pixel_m);
+  const auto pixel_m = what.pixel_m.value_or(plan.hologram.pitch_m);
+  const auto size =
+      picture_size(what.window_m.value_or(plan.window_m()), plan.hologram.size, pixel_m);
   const auto lens = lens_plane(plan, scene, what, size, pixel_m);
   cl::Buffer<float> picture(
       device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");

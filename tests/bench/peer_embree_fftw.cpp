@@ -26,7 +26,7 @@
 #include "host/common/threads.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/stopwatch.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 
 namespace raywave {
 namespace {
@@ -115,8 +115,8 @@ public:
   explicit Peer(Scene scene) : scene_(std::move(scene)), world_(build_world(scene_)) {
     scene_.sampling.mode = SamplingMode::fan;
     plan_ = make_plan(scene_, world_);
-    padded_ = 2 * plan_.size;
-    const int channel = channel_of(plan_.wavelength_m);
+    padded_ = 2 * plan_.hologram.size;
+    const int channel = channel_of(plan_.hologram.wavelength_m);
     double ambient = 0;
     bool has_ambient = false;
     for (const auto& l : scene_.lights) {
@@ -165,7 +165,7 @@ public:
     stage("tree");
     std::fill(hologram_.begin(), hologram_.end(), Complex());
     for (std::size_t i = 0; i < plan_.wrps.size(); ++i) {
-      in_parallel(plan_.size.y, 4,
+      in_parallel(plan_.hologram.size.y, 4,
                   [&](std::size_t row) { trace_row(plan_.wrps[i], static_cast<int>(row)); });
       stage("trace");
       propagate(transfers_[i]);
@@ -179,11 +179,13 @@ public:
   }
 
   void save(const std::string& file) const {
-    save_npy(file, plan_.size.x, plan_.size.y, 1, hologram_);
+    save_npy(file, plan_.hologram.size.x, plan_.hologram.size.y, 1, hologram_);
   }
 
 private:
-  std::size_t pixels() const { return static_cast<std::size_t>(plan_.size.x) * plan_.size.y; }
+  std::size_t pixels() const {
+    return static_cast<std::size_t>(plan_.hologram.size.x) * plan_.hologram.size.y;
+  }
   std::size_t padded_pixels() const { return static_cast<std::size_t>(padded_.x) * padded_.y; }
 
   void plan_transforms() {
@@ -203,15 +205,16 @@ private:
   /// down.
   std::vector<Complex> transfer(glm::dvec2 shift_m, double distance_m) const {
     std::vector<Complex> values(padded_pixels());
-    const glm::dvec2 half_m = glm::dvec2(padded_) * plan_.pitch_m / 2.0;
+    const glm::dvec2 half_m = glm::dvec2(padded_) * plan_.hologram.pitch_m / 2.0;
     in_parallel(padded_.y, 16, [&](std::size_t row) {
       const auto frequency = [](int i, int n, double pitch) {
         return (i < (n + 1) / 2 ? i : i - n) / (n * pitch);
       };
-      const double v = frequency(static_cast<int>(row), padded_.y, plan_.pitch_m.y);
+      const double v = frequency(static_cast<int>(row), padded_.y, plan_.hologram.pitch_m.y);
       for (int x = 0; x < padded_.x; ++x) {
-        const double u = frequency(x, padded_.x, plan_.pitch_m.x);
-        const double w2 = 1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u - v * v;
+        const double u = frequency(x, padded_.x, plan_.hologram.pitch_m.x);
+        const double w2 =
+            1 / (plan_.hologram.wavelength_m * plan_.hologram.wavelength_m) - u * u - v * v;
         if (w2 <= 0) continue;
         const double w = std::sqrt(w2);
         if (std::abs(shift_m.x - distance_m * u / w) > half_m.x ||
@@ -233,18 +236,18 @@ private:
       for (std::size_t i = row * width; i < (row + 1) * width; ++i) spectrum[i] *= transfer[i];
     });
     fftwf_execute(inverse_);
-    in_parallel(plan_.size.y, 16, [&](std::size_t row) {
-      for (int x = 0; x < plan_.size.x; ++x)
-        hologram_[row * plan_.size.x + x] += spectrum[row * width + x];
+    in_parallel(plan_.hologram.size.y, 16, [&](std::size_t row) {
+      for (int x = 0; x < plan_.hologram.size.x; ++x)
+        hologram_[row * plan_.hologram.size.x + x] += spectrum[row * width + x];
     });
   }
 
   void encode() {
-    in_parallel(plan_.size.y, 16, [&](std::size_t row) {
-      const Complex* field = &hologram_[row * plan_.size.x];
-      std::uint8_t* levels = &levels_[row * plan_.size.x];
+    in_parallel(plan_.hologram.size.y, 16, [&](std::size_t row) {
+      const Complex* field = &hologram_[row * plan_.hologram.size.x];
+      std::uint8_t* levels = &levels_[row * plan_.hologram.size.x];
 #pragma omp simd
-      for (int x = 0; x < plan_.size.x; ++x) {
+      for (int x = 0; x < plan_.hologram.size.x; ++x) {
         const float turns = std::atan2(field[x].imag(), field[x].real()) *
                             static_cast<float>(0.5 / std::numbers::pi);
         levels[x] =
@@ -256,14 +259,15 @@ private:
   void trace_row(const Wrp& wrp, int row) {
     const glm::dvec3 first = wrp.centre_m - plan_.wrps[0].centre_m;
     auto* line = reinterpret_cast<Complex*>(plane_) + static_cast<std::size_t>(row) * padded_.x;
-    const auto y = static_cast<float>(first.y + ((plan_.size.y - 1) / 2.0 - row) * plan_.pitch_m.y);
-    for (int x = 0; x < plan_.size.x; x += packet) {
+    const auto y = static_cast<float>(first.y + ((plan_.hologram.size.y - 1) / 2.0 - row) *
+                                                    plan_.hologram.pitch_m.y);
+    for (int x = 0; x < plan_.hologram.size.x; x += packet) {
       alignas(64) float re[packet] = {}, im[packet] = {}, place_x[packet];
       alignas(64) int active[packet];
       for (int lane = 0; lane < packet; ++lane) {
-        place_x[lane] =
-            static_cast<float>(first.x + (x + lane - (plan_.size.x - 1) / 2.0) * plan_.pitch_m.x);
-        active[lane] = x + lane < plan_.size.x ? -1 : 0;
+        place_x[lane] = static_cast<float>(
+            first.x + (x + lane - (plan_.hologram.size.x - 1) / 2.0) * plan_.hologram.pitch_m.x);
+        active[lane] = x + lane < plan_.hologram.size.x ? -1 : 0;
       }
       for (const auto& tangent : wrp.fan) add_rays(tangent, place_x, y, active, re, im);
       for (int lane = 0; lane < packet && active[lane]; ++lane)
@@ -358,7 +362,7 @@ private:
         radiance[lane] += lit * (diffuse[lane] * facing[lane] + specular[lane] * highlight[lane]);
       }
     }
-    const auto wave_number = static_cast<float>(1 / plan_.wavelength_m),
+    const auto wave_number = static_cast<float>(1 / plan_.hologram.wavelength_m),
                cells = static_cast<float>(1 / scene_.sampling.pitch_m);
 #pragma omp simd
     for (int lane = 0; lane < packet; ++lane) {

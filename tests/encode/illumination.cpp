@@ -143,8 +143,8 @@ DEVICE_TEST("the steepest light is so many degrees off the light on the SLM, pla
         const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
         int shown = 0, unsure = 0;
         for (const auto& s : rig.samples) {
-          const auto way =
-              glm::normalize(pixel - (place(s) + rig.plan.origin_m)) * (z_m > 0 ? 1.0 : -1.0);
+          const auto way = glm::normalize(pixel - (place(s) + rig.plan.extent.origin_m)) *
+                           (z_m > 0 ? 1.0 : -1.0);
           const double beyond =
               std::abs(way.x - light.sine_at(dvec2(pixel)).x) - wavelength_m / 8e-6;
           shown += beyond < 0;

@@ -103,10 +103,10 @@ TEST_CASE(
     "depths not given are the nearest and the farthest surface, and one in front by a tenth of the "
     "range or 1 %") {
   Plan plan;
-  plan.near_m = 0.09;
-  plan.far_m = 0.11;
+  plan.extent.near_m = 0.09;
+  plan.extent.far_m = 0.11;
   CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.11, 0.09 - 0.1 * (0.11 - 0.09)});
-  plan.far_m = plan.near_m;
+  plan.extent.far_m = plan.extent.near_m;
   CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.09 - 0.01 * 0.09});
 }
 

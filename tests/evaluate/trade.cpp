@@ -189,9 +189,8 @@ TEST_CASE(
     const auto is_it = [&](std::size_t i) {
       const auto& k = trade.rows[i].knobs;
       return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
-             k.layers == c.layers &&
-             k.propagation == (c.compact ? WrpPropagation::compact : WrpPropagation::spectrum) &&
-             (c.compact || Cone{k.cone, k.apodization} == c.cone);
+             k.layers == c.layers && k.propagation == c.propagation &&
+             (c.propagation == WrpPropagation::compact || Cone{k.cone, k.apodization} == c.cone);
     };
     const auto finishes = std::count_if(trade.together.begin(), trade.together.end(), is_it);
     CHECK(finishes == (beaten ? 0 : 1));  // the scene gives antialias and visibility

@@ -3,12 +3,12 @@
 
 #include <cstdlib>
 
+#include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
-#include "host/forecast/propagation_errors.hpp"
 #include "host/geometry/kernel_options.hpp"
-#include "host/plan/make_plan.hpp"
-#include "host/plan/memory.hpp"
-#include "host/plan/tiles.hpp"
+#include "host/planning/make_plan.hpp"
+#include "host/planning/memory_needs.hpp"
+#include "host/planning/tiles.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/devices.hpp"
@@ -448,7 +448,7 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK_FALSE(warns(planned(data_scene("teapot.toml"), {Preset::balanced, {}, {}}), unchosen));
   // An eye at the eyepiece is nearer, whatever viewer.distance says
   const auto magnified = with({"viewer.eyepiece=50 mm", "viewer.eyepiece_distance=40 mm"});
-  const double middle_m = (magnified.plan.near_m + magnified.plan.far_m) / 2;
+  const double middle_m = (magnified.plan.extent.near_m + magnified.plan.extent.far_m) / 2;
   CHECK(magnified.prediction.resolution_m ==
         Catch::Approx((0.04 + middle_m) * std::numbers::pi / 180 / 60));
   CHECK(warns(magnified, "sampling.pitch 100 um shows single dots: the viewer makes out 4"));
@@ -501,9 +501,9 @@ TEST_CASE(
     return memory_needs(world, plan, {Method::wrp, small.fft}, small.memory.largest_buffer_bytes);
   };
   const auto p = plan_scene(scene, world, small);
-  CHECK(p.plan.tile_grid == glm::ivec2(3, 2));
-  CHECK(p.plan.tile_size == glm::ivec2(640, 540));
-  CHECK(p.plan.why_tiles ==
+  CHECK(p.plan.tiling.grid == glm::ivec2(3, 2));
+  CHECK(p.plan.tiling.tile_size == glm::ivec2(640, 540));
+  CHECK(p.plan.tiling.why ==
         "in one piece padded plane 63.3 MiB in one buffer, the device allows 16.0 MiB");
   CHECK(std::any_of(p.reasons.begin(), p.reasons.end(), [](const auto& r) {
     return r.starts_with("hologram.tiles 3 x 2: in one piece");
@@ -516,16 +516,16 @@ TEST_CASE(
 
   small.memory.largest_buffer_bytes = 1 << 30;
   const auto by_total = plan_scene(scene, world, small).plan;
-  CHECK(by_total.tile_grid == glm::ivec2(3, 2));
-  CHECK(by_total.why_tiles.find("the device has 64.0 MiB") != std::string::npos);
+  CHECK(by_total.tiling.grid == glm::ivec2(3, 2));
+  CHECK(by_total.tiling.why.find("the device has 64.0 MiB") != std::string::npos);
   small.memory.device_bytes = 1 << 30;
-  CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(1, 1));
+  CHECK(plan_scene(scene, world, small).plan.tiling.grid == glm::ivec2(1, 1));
   small.memory.host_bytes = 90 << 20;  // 18 MiB of field and levels, planes of 158 MiB
-  CHECK(plan_scene(scene, world, small).plan.tile_grid == glm::ivec2(2, 2));
+  CHECK(plan_scene(scene, world, small).plan.tiling.grid == glm::ivec2(2, 2));
   // Memory of results does not depend on tiles: the plan stays in one piece, and says so
   small.memory.host_bytes = 1 << 20;
   const auto none = plan_scene(scene, world, small);
-  CHECK(none.plan.tile_grid == glm::ivec2(1));
+  CHECK(none.plan.tiling.grid == glm::ivec2(1));
   CHECK(warns(none, "there are 1.0 MiB"));
 }
 
@@ -575,19 +575,19 @@ TEST_CASE("one plan serves a pose that needs WRPs and another that needs more me
   };
   const MemoryUse use{Method::wrp, FftBackend::clfft, false};
   move_to(0);
-  CHECK(plan_of(scene, world).compact);
+  CHECK(plan_of(scene, world).virtual_planes());
   move_to(1);
-  CHECK_FALSE(plan_of(scene, world).compact);
+  CHECK_FALSE(plan_of(scene, world).virtual_planes());
   for (const std::uint64_t mib : {80, 100, 120, 160, 200, 240}) {
     INFO(mib << " MiB");
     MemoryLimits limits{.device_bytes = mib << 20};
     const auto base = fitting_plan_of_poses(scene, world, 2, move_to, limits, use);
-    CHECK_FALSE(base.compact);
+    CHECK_FALSE(base.virtual_planes());
     for (const int pose : {0, 1}) {
       move_to(pose);
       const auto plan = make_plan(scene, world, Method::wrp, 100, false, &base);
-      CHECK(plan.tile_grid == base.tile_grid);
-      CHECK_FALSE(plan.compact);
+      CHECK(plan.tiling.grid == base.tiling.grid);
+      CHECK_FALSE(plan.virtual_planes());
       CHECK(memory_needs(world, plan, use, limits.largest_buffer_bytes).device_bytes() <=
             limits.device_bytes);
     }
@@ -608,7 +608,8 @@ TEST_CASE("a second buffer of grey levels is counted where there is a second fra
     const auto needs = memory_needs(world, plan, {}, MemoryLimits::none);
     return std::count_if(needs.device.begin(), needs.device.end(), [&](const auto& need) {
       return need.name == "hologram levels" &&
-             need.bytes == static_cast<std::uint64_t>(plan.tile_size.x * plan.tile_size.y);
+             need.bytes ==
+                 static_cast<std::uint64_t>(plan.tiling.tile_size.x * plan.tiling.tile_size.y);
     });
   };
   CHECK(buffers_of({}) == 1);
@@ -624,9 +625,9 @@ TEST_CASE(
     return data_scene(name, set);
   };
   const auto teapot = planned(compact("teapot.toml"));
-  REQUIRE(teapot.plan.compact);
-  CHECK(teapot.plan.compact->size == glm::ivec2(2048, 1152));
-  CHECK(teapot.plan.compact->lines == 4);
+  REQUIRE(teapot.plan.virtual_planes());
+  CHECK(teapot.plan.virtual_planes()->size == glm::ivec2(2048, 1152));
+  CHECK(teapot.plan.virtual_planes()->lines == 4);
   CHECK(teapot.plan.wrps.size() == 1);
   CHECK(cone_error_of(teapot.plan) == 0);
   CHECK(teapot.prediction.field_error < 0.02);

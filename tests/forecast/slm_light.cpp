@@ -2,7 +2,7 @@
 #include "host/forecast/slm_light.hpp"
 
 #include "host/forecast/presets.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/plans.hpp"

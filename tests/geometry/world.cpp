@@ -4,8 +4,8 @@
 #include "host/common/error.hpp"
 #include "host/geometry/extents.hpp"
 #include "host/geometry/vertex_tree.hpp"
-#include "host/plan/make_plan.hpp"
 #include "host/plan/plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;

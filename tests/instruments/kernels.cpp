@@ -8,7 +8,7 @@
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/kernel_options.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/refine/refine.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"

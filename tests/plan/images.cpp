@@ -1,8 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Where the planner expects what mirrors and glass show (host/plan/images.cpp).
-#include "host/plan/images.hpp"
+/// Where the planner expects what mirrors and glass show (host/planning/images.cpp).
+#include "host/planning/images.hpp"
 
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/stage.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"
@@ -44,15 +44,15 @@ Stage mirror_and_card(double reflectivity) {
 TEST_CASE("a plane mirror's images lie where the mirrored scene does") {
   const auto stage = mirror_and_card(0.9);
   const auto plan = make_plan(stage.scene, stage.world);
-  REQUIRE(plan.images.all.size() > 8);
-  for (const auto& image : plan.images.all) {
+  REQUIRE(plan.specular.images.all.size() > 8);
+  for (const auto& image : plan.specular.images.all) {
     CHECK(std::abs(image.at_m.z - 30e-3) < 0.5e-6);
     CHECK(std::abs(image.at_m.x) < 0.26e-3);
     CHECK(image.surfaces == 1);
     CHECK(image.share == Catch::Approx(0.9));
   }
-  CHECK(plan.images.beyond == 0);
-  CHECK(plan.images.far_m == Catch::Approx(30e-3));
+  CHECK(plan.specular.images.beyond == 0);
+  CHECK(plan.specular.images.far_m == Catch::Approx(30e-3));
 }
 
 TEST_CASE("a convex mirror's images lie half its radius behind it") {
@@ -62,9 +62,9 @@ TEST_CASE("a convex mirror's images lie half its radius behind it") {
   stage.add(sphere({0, 0, 20e-3 + radius}, radius, 200), mirror(1))
       .add(rectangle({1.9e-3, 0, 20e-3 - before}, {1.1e-3, 0, 0}, {0, -1.5e-3, 0}), glowing());
   const auto plan = make_plan(stage.scene, stage.world);
-  REQUIRE_FALSE(plan.images.all.empty());
+  REQUIRE_FALSE(plan.specular.images.all.empty());
   const double image_m = 20e-3 + 1 / (2 / radius + 1 / before);
-  for (const auto& image : plan.images.all)
+  for (const auto& image : plan.specular.images.all)
     CHECK(std::abs(image.at_m.z - image_m) < 0.07 * (image_m - 20e-3));
 }
 
@@ -83,15 +83,15 @@ TEST_CASE("images far away get planes where more than a hundredth of the light c
     const auto plan = make_plan(stage.scene, stage.world);
     const double card = std::pow(1.6e-3 / 21e-3, 2),
                  shown = 2 * slant * 2 * half_m / (20e-3 * 20e-3), share = shown / card;
-    INFO("share " << share << ", beyond " << plan.images.beyond);
-    REQUIRE_FALSE(plan.images.all.empty());
+    INFO("share " << share << ", beyond " << plan.specular.images.beyond);
+    REQUIRE_FALSE(plan.specular.images.all.empty());
     if (is_kept) {
-      CHECK(plan.images.far_m == Catch::Approx(120e-3).epsilon(0.01));
-      CHECK(plan.images.beyond < 0.01);
+      CHECK(plan.specular.images.far_m == Catch::Approx(120e-3).epsilon(0.01));
+      CHECK(plan.specular.images.beyond < 0.01);
     } else {
       // The wall itself is 30 mm away at most
-      CHECK(plan.images.far_m == plan.far_m);
-      CHECK(plan.images.beyond == Catch::Approx(share).epsilon(0.3));
+      CHECK(plan.specular.images.far_m == plan.extent.far_m);
+      CHECK(plan.specular.images.beyond == Catch::Approx(share).epsilon(0.3));
     }
   }
 }

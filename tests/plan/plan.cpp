@@ -3,9 +3,9 @@
 
 #include <glm/vector_relational.hpp>
 
+#include "host/carriers/wrps/planning/fans.hpp"
 #include "host/common/error.hpp"
-#include "host/plan/fans.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/plans.hpp"
 #include "tests/support/worlds.hpp"
 
@@ -81,7 +81,7 @@ TEST_CASE(
   scene.hologram.resolution = {960, 540};
   scene.wrp.grid = glm::ivec2(3, 3);
   const auto plan = plan_of(scene, square_world(20 * mm, {0, 0, 200 * mm}));
-  REQUIRE(plan.largest_sine.x == Approx(0.039875));
+  REQUIRE(plan.hologram.largest_sine.x == Approx(0.039875));
   const double half_width = 960 * 8 * um / plan.layers[0].distance_m / 2;
   std::size_t fewest = SIZE_MAX, most = 0;
   for (const auto& wrp : plan.wrps) {
@@ -90,8 +90,8 @@ TEST_CASE(
     most = std::max(most, wrp.fan.size());
     for (const auto& t : wrp.fan) {
       const double length = std::sqrt(1 + t.x * t.x + t.y * t.y);
-      CHECK(std::abs(t.x) / length <= plan.largest_sine.x);
-      CHECK(std::abs(t.y) / length <= plan.largest_sine.y);
+      CHECK(std::abs(t.x) / length <= plan.hologram.largest_sine.x);
+      CHECK(std::abs(t.y) / length <= plan.hologram.largest_sine.y);
       CHECK(std::abs(t.x - wrp.centre_m.x / plan.layers[0].distance_m) <= half_width);
     }
   }
@@ -109,13 +109,13 @@ TEST_CASE(
         auto scene = paper_scene(mode);
         scene.sampling.pitch_m = p;
         const auto plan = plan_of(scene, square_world(z / 100, {0, 0, z}, z / 10));
-        CHECK(plan.near_m == Approx(0.95 * z));
+        CHECK(plan.extent.near_m == Approx(0.95 * z));
         CHECK(plan.layers[0].distance_m > 0);
         if (mode == SamplingMode::fan)
-          CHECK(plan.layers[0].distance_m < plan.near_m);
+          CHECK(plan.layers[0].distance_m < plan.extent.near_m);
         else
-          CHECK(
-              (plan.layers[0].distance_m > plan.near_m && plan.layers[0].distance_m < plan.far_m));
+          CHECK((plan.layers[0].distance_m > plan.extent.near_m &&
+                 plan.layers[0].distance_m < plan.extent.far_m));
       }
     }
     auto scene = paper_scene(mode);
@@ -156,7 +156,7 @@ TEST_CASE(
     for (const double side : {2 * mm, 12.5 * mm, 20 * mm}) {
       const auto world = square_world(side, centre, 2 * mm);
       const auto plan = plan_of(paper_scene(), world);
-      const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+      const glm::dvec2 window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
       const glm::dvec2 low = glm::dvec2(plan.wrps[0].centre_m) + glm::dvec2(-1, 1) * window / 2.0,
                        high =
                            glm::dvec2(plan.wrps.back().centre_m) + glm::dvec2(1, -1) * window / 2.0;
@@ -173,8 +173,8 @@ TEST_CASE(
         const glm::dvec3 to((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0);
         const auto way = to - from;
         // Cannot be shown
-        if (glm::any(
-                glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
+        if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)),
+                                      plan.hologram.largest_sine * glm::length(way))))
           continue;
         const glm::dvec2 crossing(from + way * ((from.z - plan.layers[0].distance_m) / from.z));
         least = glm::min(least, crossing);
@@ -205,7 +205,7 @@ TEST_CASE("WRPs of a given grid stand side by side from the top left without gap
   const auto plan = plan_of(scene, square_world(5 * mm, {2 * mm, 1 * mm, 100 * mm}));
   REQUIRE(plan.grid == glm::ivec2(3, 2));
   REQUIRE(plan.wrps.size() == 6);
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const glm::dvec2 window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
   for (int row = 0; row < 2; ++row) {
     for (int column = 0; column < 3; ++column) {
       const auto centre = plan.wrps[row * 3 + column].centre_m - plan.wrps[0].centre_m;
@@ -270,7 +270,7 @@ TEST_CASE("light of a layer's surfaces crosses that layer's WRPs on its way to t
   const auto world = square_world(16 * mm, {2 * mm, -1 * mm, 100 * mm}, 30 * mm);
   const auto plan = plan_of(scene, world);
   REQUIRE(plan.layers.size() == 3);
-  const glm::dvec2 window = glm::dvec2(plan.size) * plan.pitch_m;
+  const glm::dvec2 window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
   std::mt19937 random(1);
   const auto unit = [&] { return std::uniform_real_distribution<>(0, 1)(random); };
   int wanted = 0, caught = 0;
@@ -280,7 +280,8 @@ TEST_CASE("light of a layer's surfaces crosses that layer's WRPs on its way to t
     const glm::dvec3 from = a[0] + s * (a[1] - a[0]) + t * (a[3] - a[0]);
     const auto way = glm::dvec3((unit() - 0.5) * window.x, (unit() - 0.5) * window.y, 0) - from;
     // Cannot be shown
-    if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)), plan.largest_sine * glm::length(way))))
+    if (glm::any(glm::greaterThan(glm::abs(glm::dvec2(way)),
+                                  plan.hologram.largest_sine * glm::length(way))))
       continue;
     const auto& layer = plan.layer_at(from.z);
     CHECK((layer.min_m.z <= from.z && from.z <= layer.max_m.z));

@@ -134,10 +134,11 @@ Outcome outcome_of(const raywave::cl::Device& device, const Rig& rig, const Orac
   const auto& plan = rig.plan;
   Gatherer gatherer(device, plan, rig.arrays, rig.table, 1);
   gatherer.draw_phases(1);
-  const auto pixels = static_cast<std::size_t>(plan.size.x) * static_cast<std::size_t>(plan.size.y);
+  const auto pixels = static_cast<std::size_t>(plan.hologram.size.x) *
+                      static_cast<std::size_t>(plan.hologram.size.y);
   raywave::cl::ComplexBuffer field(device, pixels, "field");
-  Propagator propagator(device,
-                        {plan.size, plan.pitch_m, plan.wavelength_m, rig.scene.wrp.padding});
+  Propagator propagator(device, {plan.hologram.size, plan.hologram.pitch_m,
+                                 plan.hologram.wavelength_m, rig.scene.wrp.padding});
   double unsure = 0, all = 0;
   std::vector<reference::Field> wanted;
   for (std::size_t n = 0; n < plan.wrps.size(); ++n) {

@@ -5,7 +5,7 @@
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/refinement.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/refine/light.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"

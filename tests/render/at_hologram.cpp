@@ -2,7 +2,7 @@
 // Surfaces near the hologram and in its plane: z = 0 is no special place.
 #include "host/common/error.hpp"
 #include "host/plan/lattice.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/render.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/seen.hpp"
@@ -61,7 +61,7 @@ DEVICE_TEST(
       Complex sum = 0;
       bool unsure = false;
       for (std::size_t n = 0; n < rig.samples.size(); ++n) {
-        const auto p = place(rig.samples[n]) + rig.plan.origin_m;
+        const auto p = place(rig.samples[n]) + rig.plan.extent.origin_m;
         const auto path = at - p;
         const double r = glm::length(path), side = p.z < 0 ? -1 : 1;
         if (std::abs(p.z) < 1e-6) {  // has no spherical wave

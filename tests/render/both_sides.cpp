@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes before the hologram (z < 0: real images), and on both sides of it.
 #include "host/common/error.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/render.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
@@ -76,7 +76,7 @@ DEVICE_TEST("a scene and its mirror image give conjugate fields, to the rounding
       RenderOptions options{.method = method};
       const auto a = render(device, beyond.scene, beyond.world, options);
       auto b = render(device, before.scene, before.world, options);
-      REQUIRE(b.plan.far_m < 0);
+      REQUIRE(b.plan.extent.far_m < 0);
       for (auto& sample : b.field.samples) sample = std::conj(sample);
       const auto same = compare_fields(a.field, b.field);
       CAPTURE(static_cast<int>(method), x_m, depth_m, same.error, rounding);
@@ -109,9 +109,9 @@ DEVICE_TEST("what is nearer to the eye hides what is farther, before the hologra
     stage.scene.sampling.pitch_m = 36e-6;
     const Rig rig(device, stage);
     const auto point = only_sample(rig, 0);
-    const auto p = reference::place(rig.samples[point]) + rig.plan.origin_m;
-    const auto window_m =
-        dvec2(rig.plan.size) * rig.plan.pitch_m * std::max(1.0, rig.plan.cone_half_width);
+    const auto p = reference::place(rig.samples[point]) + rig.plan.extent.origin_m;
+    const auto window_m = dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m *
+                          std::max(1.0, rig.plan.cone.half_width);
     const int parts = rig.table.visibility_parts;
     int wrong = 0, hidden = 0;
     for (int i = 0; i < parts; ++i) {

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes of three lasers: their fields, their colours and their brightness (docs/colour.md).
 #include "host/encode/shown.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/trace/samples.hpp"
 #include "host/view/reconstruct.hpp"
@@ -71,7 +71,7 @@ DEVICE_TEST("each laser's hologram is bit-equal to that of its wavelength render
     with.push_back(std::string("colour.only=") + only);
     const auto alone = render(device, load_scene(file, with));
     const auto& together = all.lasers[only[0] == '6' ? 0 : only[0] == '5' ? 1 : 2];
-    CHECK(alone.plan.wavelength_m == together.plan.wavelength_m);
+    CHECK(alone.plan.hologram.wavelength_m == together.plan.hologram.wavelength_m);
     CHECK(alone.samples == together.samples);
     CHECK(alone.field.samples == together.field.samples);
     CHECK(alone.levels == together.levels);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes and holograms at the limits of the accepted input: the result is within a stated bound, or
 // is refused with a reason.
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
@@ -337,7 +337,8 @@ DEVICE_TEST(
   double farthest = 0;
   for (const auto& s : million.samples)
     farthest = std::max(
-        farthest, std::abs(distance(test::place(s) + million.plan.origin_m, centre) - radius));
+        farthest,
+        std::abs(distance(test::place(s) + million.plan.extent.origin_m, centre) - radius));
   CHECK(farthest <= 60e-9);  // measured 20 nm, the sagitta of the triangles
 
   Stage one;

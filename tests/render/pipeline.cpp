@@ -158,7 +158,8 @@ DEVICE_TEST(
         // Measured up to 0.005, and 0.14 with samples in mirrors and glass: rays that pass an
         // edge within rounding decide which virtual points are beyond the plan's depths, and
         // are moved to its farthest
-        const double beyond = std::max(moved.plan.images.beyond, placed.plan.images.beyond);
+        const double beyond =
+            std::max(moved.plan.specular.images.beyond, placed.plan.specular.images.beyond);
         CHECK(off <=
               (bounces && mode == SamplingMode::aimed ? 0.06 + std::sqrt(2 * beyond) : 0.02));
       }

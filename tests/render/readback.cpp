@@ -36,7 +36,7 @@ DEVICE_TEST("the levels of every frame and tile match the returned field") {
     Renderer renderer(device, wall_scene(folder, tiles, 5));
     for (int picture = 0; picture < 2; ++picture) {
       const auto result = renderer.render();
-      REQUIRE(result.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
+      REQUIRE(result.plan.tiling.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
       for (std::size_t frame = 0; frame < 5; ++frame) {
         const auto from =
             result.field.samples.begin() + static_cast<std::ptrdiff_t>(frame * pixels);
@@ -84,7 +84,7 @@ DEVICE_TEST(
       const auto kept = rendered(device, scene, options);
       options.keep_field = false;
       const auto direct = rendered(device, scene, options);
-      REQUIRE(kept.plan.compact);
+      REQUIRE(kept.plan.virtual_planes());
       CHECK(encodes_transforms(direct.plan, false) == (direct.plan.layers.size() == 1));
       CHECK(direct.field.samples.empty());
       const int grey_levels = 256, most = scene.slm.encoding == Encoding::lee ? 255
@@ -118,7 +118,8 @@ TEST_CASE(
     auto scene = wall_scene(folder, {2, 1}, 3);
     scene.slm.encoding = Encoding::phase;  // double phase encodes when all tiles are there
     const auto result = render(device, scene, options);
-    const auto bytes = static_cast<std::size_t>(result.plan.tile_size.x * result.plan.tile_size.y);
+    const auto bytes =
+        static_cast<std::size_t>(result.plan.tiling.tile_size.x * result.plan.tiling.tile_size.y);
     int copies = 0;
     for (const auto& read : spy.reads) {
       if (read.bytes != bytes) continue;

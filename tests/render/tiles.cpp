@@ -1,12 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 // Holograms computed in tiles, compared with holograms computed in one piece.
-#include "host/plan/tiles.hpp"
+#include "host/planning/tiles.hpp"
 
 #include <numeric>
 
-#include "host/forecast/propagation_errors.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/carriers/planning/facts.hpp"
 #include "host/plan/memory.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
@@ -37,22 +37,24 @@ TEST_CASE(
   std::mt19937 random(1);
   for (int n = 0; n < 2000; ++n) {
     Plan plan;
-    plan.size = {1 + random() % 97, 1 + random() % 97};
-    plan.pitch_m = {3 * um, 5 * um};
+    plan.hologram.size = {1 + random() % 97, 1 + random() % 97};
+    plan.hologram.pitch_m = {3 * um, 5 * um};
     divide(plan, {1 + random() % 12, 1 + random() % 12}, 1.5);
-    REQUIRE(plan.tiles.size() == static_cast<std::size_t>(plan.tile_grid.x * plan.tile_grid.y));
+    REQUIRE(plan.tiling.tiles.size() ==
+            static_cast<std::size_t>(plan.tiling.grid.x * plan.tiling.grid.y));
     for (int axis = 0; axis < 2; ++axis) {
-      CHECK(plan.tile_size[axis] ==
-            (plan.size[axis] + plan.tile_grid[axis] - 1) / plan.tile_grid[axis]);
-      std::vector<bool> covered(static_cast<std::size_t>(plan.size[axis]), false);
-      for (const auto& tile : plan.tiles) {
-        REQUIRE(
-            (tile.first[axis] >= 0 && tile.first[axis] + plan.tile_size[axis] <= plan.size[axis]));
-        for (int i = 0; i < plan.tile_size[axis]; ++i) covered[tile.first[axis] + i] = true;
+      CHECK(plan.tiling.tile_size[axis] ==
+            (plan.hologram.size[axis] + plan.tiling.grid[axis] - 1) / plan.tiling.grid[axis]);
+      std::vector<bool> covered(static_cast<std::size_t>(plan.hologram.size[axis]), false);
+      for (const auto& tile : plan.tiling.tiles) {
+        REQUIRE((tile.first[axis] >= 0 &&
+                 tile.first[axis] + plan.tiling.tile_size[axis] <= plan.hologram.size[axis]));
+        for (int i = 0; i < plan.tiling.tile_size[axis]; ++i) covered[tile.first[axis] + i] = true;
         // Pixel i of n lies at (i - (n - 1) / 2) pitch; y decreases with i.
-        const double place = tile.centre_m[axis] / plan.pitch_m[axis] * (axis == 0 ? 1 : -1) -
-                             (plan.tile_size[axis] - 1) / 2.0;
-        CHECK(std::abs(place - (tile.first[axis] - (plan.size[axis] - 1) / 2.0)) < 1e-9);
+        const double place =
+            tile.centre_m[axis] / plan.hologram.pitch_m[axis] * (axis == 0 ? 1 : -1) -
+            (plan.tiling.tile_size[axis] - 1) / 2.0;
+        CHECK(std::abs(place - (tile.first[axis] - (plan.hologram.size[axis] - 1) / 2.0)) < 1e-9);
       }
       CHECK(std::all_of(covered.begin(), covered.end(), [](bool c) { return c; }));
     }
@@ -85,7 +87,7 @@ Apart apart(const cl::Device& device, const Scene& scene,
             const std::vector<std::complex<float>>& points, const RenderResult& whole,
             glm::ivec2 tiles, RenderResult& divided) {
   divided = rendered(device, scene, tiles);
-  REQUIRE(divided.plan.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
+  REQUIRE(divided.plan.tiling.tiles.size() == static_cast<std::size_t>(tiles.x * tiles.y));
   REQUIRE(divided.plan.layers.size() == whole.plan.layers.size());
   REQUIRE(divided.samples == whole.samples);
   return {relative_l2(whole.field.samples, points), relative_l2(divided.field.samples, points),
@@ -123,7 +125,7 @@ DEVICE_TEST(
     if (!wholes.contains(key)) wholes.emplace(key, rendered(device, scene, {1, 1}));
     RenderResult divided;
     const auto off = apart(device, scene, points, wholes.at(key), c.tiles, divided);
-    const double predicted = padding_error_of(divided.plan);
+    const double predicted = propagation_error_of(divided.plan);
     CAPTURE(c.tiles.x, c.tiles.y, c.padding, c.distances_m.size(), off.tiles_points,
             off.whole_points, off.tiles_whole, predicted);
     CHECK(off.tiles_whole <= std::hypot(1.6 * predicted, 1.2 * off.whole_points));
@@ -143,7 +145,7 @@ DEVICE_TEST(
     for (const auto tiles : divisions) {
       RenderResult divided;
       const auto off = apart(device, scene, points, whole, tiles, divided);
-      const double predicted = padding_error_of(divided.plan);
+      const double predicted = propagation_error_of(divided.plan);
       CAPTURE(tiles.x, tiles.y, divided.plan.layers.size(), off.tiles_points, off.whole_points,
               predicted);
       CHECK(divided.hidden_samples > 50);
@@ -180,7 +182,7 @@ DEVICE_TEST(
   scene.objects[0].position_m.x += 0.1 * mm;
   renderer.set_pose(0, scene.objects[0].position_m, scene.objects[0].rotation_deg);
   const auto moved = renderer.render();
-  CHECK(moved.plan.tile_grid == glm::ivec2(2, 2));
+  CHECK(moved.plan.tiling.grid == glm::ivec2(2, 2));
   // Rays that meet an edge within rounding errors may have other hits.
   CHECK(relative_l2(moved.field.samples, test::rendered(device, scene).field.samples) <= 0.02);
 }
@@ -216,13 +218,13 @@ DEVICE_TEST(
   scene.wrp.propagation = WrpPropagation::spectrum;
   scene.hologram.resolution = {1024, 700};
   const auto whole = test::rendered(device, scene);
-  REQUIRE(whole.plan.tile_grid == glm::ivec2(1, 1));
+  REQUIRE(whole.plan.tiling.grid == glm::ivec2(1, 1));
   info.largest_buffer_bytes = 4 << 20;  // a field takes 5.5 MiB
   const cl::Device small(info);
   const auto divided = test::rendered(small, scene);
-  INFO(divided.plan.why_tiles);
-  CHECK(divided.plan.tile_grid == glm::ivec2(2, 1));
-  CHECK_SAYS(divided.plan.why_tiles,
+  INFO(divided.plan.tiling.why);
+  CHECK(divided.plan.tiling.grid == glm::ivec2(2, 1));
+  CHECK_SAYS(divided.plan.tiling.why,
              "fields of a WRP 5.5 MiB in one buffer, the device allows 4.0 MiB");
   CHECK(correlation(divided.field.samples, whole.field.samples) >= 0.98);
 
@@ -249,7 +251,8 @@ DEVICE_TEST("the device holds at most 64 bytes per padded pixel of a tile, of on
       scene.hologram.tiles = glm::ivec2(1, 1);
       const auto plan = test::rendered(fresh, scene, {.fft = backend}).plan;
       const double bytes = static_cast<double>(fresh.peak_bytes()) /
-                           (static_cast<double>(plan.padded.x) * plan.padded.y);
+                           (static_cast<double>(std::get<SpectrumWrps>(plan.carrier).padded.x) *
+                            std::get<SpectrumWrps>(plan.carrier).padded.y);
       INFO(device.info().name << ", padding " << padding << ": " << bytes << " bytes");
       CHECK(bytes <= 64);
     }

@@ -11,7 +11,7 @@
 
 namespace raywave::test {
 
-inline glm::dvec3 hologram_centre(const reference::Rig& rig) { return -rig.plan.origin_m; }
+inline glm::dvec3 hologram_centre(const reference::Rig& rig) { return -rig.plan.extent.origin_m; }
 
 /// Tangents of the lattice ray through cell number `cell`, in double precision.
 inline glm::dvec2 tangents(const reference::Rig& rig, std::size_t cell) {

@@ -5,7 +5,7 @@
 
 #include "host/geometry/kernel_options.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/lens.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
@@ -95,11 +95,11 @@ struct Ways {
 
 Ways ways_to_window(const Veiled& what, const reference::Rig& rig) {
   Ways ways;
-  const auto half =
-      glm::dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
+  const auto half = glm::dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m / 2.0 *
+                    std::max(1.0, rig.plan.cone.half_width);
   const int parts = rig.table.visibility_parts;
   for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-    const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
+    const auto p = reference::place(rig.samples[i]) + rig.plan.extent.origin_m;
     if (std::abs(p.z - wall_z) > 1e-6) continue;
     // Samples that have moved to the centroid of their light have looked around before
     const auto cell = glm::dvec2(p) / (p.z * rig.plan.lattice.step);
@@ -122,7 +122,7 @@ Ways ways_to_window(const Veiled& what, const reference::Rig& rig) {
           const auto hit = reference::intersect(c, {p, to - p, 0, 1});
           if (hit.triangle < 0) continue;
           there |= reference::is_there(reference::look_at(what.scene, what.world, t, hit.u, hit.v),
-                                       at - rig.plan.origin_m, rig.plan, &doubt);
+                                       at - rig.plan.extent.origin_m, rig.plan, &doubt);
         }
         if (std::abs(std::abs(at.x) - veil_half) < 1e-8 ||
             std::abs(std::abs(at.y) - veil_half) < 1e-8)
@@ -165,7 +165,7 @@ DEVICE_TEST("a cut-out surface is there where its alpha passes, for the lens as 
   int left = 0, right = 0;
   double light = 0;
   for (const auto& s : rig.samples) {
-    const auto p = reference::place(s) + rig.plan.origin_m;
+    const auto p = reference::place(s) + rig.plan.extent.origin_m;
     if (std::abs(p.z - veil_z) > 1e-6) continue;
     ++(p.x < 0 ? left : right);
     light += double{s.radiance} / veil_radiance;
@@ -240,7 +240,7 @@ DEVICE_TEST(
     double veil_light = 0, wall_light = 0, seen = 0, veils = 0;
     int walls = 0;
     for (std::size_t i = 0; i < rig.samples.size(); ++i) {
-      const auto p = reference::place(rig.samples[i]) + rig.plan.origin_m;
+      const auto p = reference::place(rig.samples[i]) + rig.plan.extent.origin_m;
       if (std::max(std::abs(p.x), std::abs(p.y)) > 0.4 * mm) continue;
       if (std::abs(p.z - veil_z) < 1e-6) {
         veil_light += double{rig.samples[i].radiance} / veil_radiance;

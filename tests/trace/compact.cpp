@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compact propagation: samples on virtual planes, and these planes at the hologram.
-#include "host/plan/compact.hpp"
+#include "host/reference/compact.hpp"
 
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/carriers/virtual_planes/compact_propagator.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/plan/precision.hpp"
-#include "host/reference/compact.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
@@ -41,10 +41,11 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
   raywave::cl::ComplexBuffer stack(device, Fields(frames * plan.gathered_pixels(), {7, 7}),
                                    "stack");
   std::vector<raywave::cl::ComplexBuffer> fields;
-  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+  for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile) {
     fields.clear();
     for (int frame = 0; frame < frames; ++frame)
-      fields.emplace_back(device, Fields(plan.tile_size.x * plan.tile_size.y, {7, 7}), "field");
+      fields.emplace_back(device, Fields(plan.tiling.tile_size.x * plan.tiling.tile_size.y, {7, 7}),
+                          "field");
     const auto [first, end] = plan.wrps_of(tile);
     for (auto wrp = first; wrp < end; ++wrp) {
       const auto lit = gatherer.gather(plan.wrps[wrp], stack, fft != raywave::cl::FftBackend::host);
@@ -63,7 +64,7 @@ AtHologram at_hologram(const raywave::cl::Device& device, const Rig& rig, int fr
 }
 
 Complex got_at(const Plan& plan, const Fields& fields, int frame, ivec2 pixel) {
-  const auto size = plan.tile_size;
+  const auto size = plan.tiling.tile_size;
   return Complex(fields[(frame * size.y + pixel.y) * size.x + pixel.x]);
 }
 
@@ -80,9 +81,9 @@ std::vector<ivec2> some_pixels(const Plan& plan, int count, double from = 0, dou
   const auto below = [&](int n) { return static_cast<int>(random() % static_cast<unsigned>(n)); };
   std::vector<ivec2> pixels;
   while (static_cast<int>(pixels.size()) < count) {
-    const int x = below(plan.tile_size.x), y = below(plan.tile_size.y);
-    const auto share =
-        glm::abs(dvec2(x, y) - dvec2(plan.tile_size - 1) / 2.0) / (dvec2(plan.tile_size) / 2.0);
+    const int x = below(plan.tiling.tile_size.x), y = below(plan.tiling.tile_size.y);
+    const auto share = glm::abs(dvec2(x, y) - dvec2(plan.tiling.tile_size - 1) / 2.0) /
+                       (dvec2(plan.tiling.tile_size) / 2.0);
     const double greater = std::max(share.x, share.y);
     if (greater >= from && greater < to) pixels.emplace_back(x, y);
   }
@@ -95,7 +96,7 @@ Errors errors_at(const Rig& rig, const AtHologram& got, std::uint32_t seed,
   const auto& plan = rig.plan;
   const auto what = reference::gathering(rig);
   double discrete = 0, direct = 0, energy = 0, inner = 0, inner_energy = 0;
-  for (std::size_t tile = 0; tile < plan.tiles.size(); ++tile) {
+  for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile) {
     std::vector<Complex> same(pixels.size());
     const auto [first, end] = plan.wrps_of(tile);
     for (auto wrp = first; wrp < end; ++wrp) {
@@ -104,17 +105,18 @@ Errors errors_at(const Rig& rig, const AtHologram& got, std::uint32_t seed,
       for (std::size_t n = 0; n < pixels.size(); ++n) same[n] += one[n];
     }
     for (std::size_t n = 0; n < pixels.size(); ++n) {
-      const auto from_middle = dvec2(pixels[n]) - dvec2(plan.tile_size - 1) / 2.0;
-      const auto place = plan.tiles[tile].centre_m + from_middle * plan.pitch_m * dvec2(1, -1);
+      const auto from_middle = dvec2(pixels[n]) - dvec2(plan.tiling.tile_size - 1) / 2.0;
+      const auto place =
+          plan.tiling.tiles[tile].centre_m + from_middle * plan.hologram.pitch_m * dvec2(1, -1);
       Complex sum = 0;
       for (std::size_t i = 0; i < rig.samples.size(); ++i)
-        sum += reference::smooth_wave(what, i, plan.tiles[tile], place) *
+        sum += reference::smooth_wave(what, i, plan.tiling.tiles[tile], place) *
                reference::phasor_of(what, i, seed);
       const auto value = got_at(plan, got.tiles[tile], frame, pixels[n]);
       discrete += std::norm(value - same[n]);
       direct += std::norm(value - sum);
       energy += std::norm(sum);
-      const auto share = glm::abs(from_middle) / (dvec2(plan.tile_size) / 2.0);
+      const auto share = glm::abs(from_middle) / (dvec2(plan.tiling.tile_size) / 2.0);
       if (share.x > 0.8 || share.y > 0.8) continue;
       inner += std::norm(value - sum);
       inner_energy += std::norm(sum);
@@ -212,7 +214,7 @@ DEVICE_TEST(
       REQUIRE(rig.samples.size() > 100);
       const auto got = at_hologram(device, rig);
       const auto result = errors_of(rig, got, 1, 200);
-      const auto& planned = rig.plan.compact.value();
+      const auto& planned = *rig.plan.virtual_planes();
       const double stated = std::hypot(planned.window_error, planned.lines_error);
       CAPTURE(name, name_of(precision), rig.samples.size(), rig.table.hidden, planned.lines,
               result.discrete, result.direct, result.inner, stated);
@@ -221,7 +223,7 @@ DEVICE_TEST(
       CHECK((most_error > 0 || result.direct > stated / 1.6));
       CHECK(result.inner < 0.02);
       // The window function is a ten-thousandth in the corners, where it is divided out.
-      const auto last = rig.plan.tile_size - 1;
+      const auto last = rig.plan.tiling.tile_size - 1;
       const auto corners = errors_at(rig, got, 1, {{0, 0}, {last.x, 0}, {0, last.y}, last});
       INFO("corners " << corners.discrete << ", against all samples " << corners.direct);
       CHECK(corners.discrete < 2e-4);
@@ -247,7 +249,7 @@ DEVICE_TEST("sharp highlights get the scan lines that they need, or their error 
     stage.scene.lights = {Light{.direction = {0, 0, 1}}};
     const Rig rig(device, compact(stage));
     const auto result = errors_of(rig, at_hologram(device, rig), 1, 200);
-    const auto& planned = rig.plan.compact.value();
+    const auto& planned = *rig.plan.virtual_planes();
     CAPTURE(shininess, result.direct, planned.error(), planned.highlights_error,
             planned.highlight_lines, result.discrete);
     CHECK(planned.highlight_lines >= least_lines);
@@ -291,7 +293,7 @@ DEVICE_TEST("all transforms carry a virtual plane alike, and every time to the b
     auto stage = compact(wall());
     if (has_gaps) stage.scene.hologram.resolution = {480, 40};
     const Rig rig(device, stage);
-    const auto& plane = rig.plan.compact.value();
+    const auto& plane = *rig.plan.virtual_planes();
     REQUIRE(plane.row_stride() == plane.size.x + (has_gaps ? 8 : 0));
     const auto host = at_hologram(device, rig, 2).tiles;
     CHECK(at_hologram(device, rig, 2).tiles == host);
@@ -312,7 +314,7 @@ DEVICE_TEST("the virtual plane that is kept has the hologram's amplitude as its 
                RenderOptions{.keep_wrps = true});
     const auto& plan = result.plan;
     const auto& plane = result.wrps.at(0);
-    const auto size = plan.compact.value().size;
+    const auto size = plan.virtual_planes()->size;
     REQUIRE(plan.wrps.size() == 1);
     REQUIRE(ivec2(plane.nx, plane.ny) == size);
     std::vector<double> expected, got;
@@ -392,13 +394,13 @@ DEVICE_TEST(
     INFO(scene.file.filename());
     Renderer renderer(device, scene);
     const auto before = renderer.render();
-    REQUIRE(before.plan.compact);
+    REQUIRE(before.plan.virtual_planes());
     REQUIRE(before.plan.layers.size() == 1);
     renderer.set_pose(0, to, scene.objects[0].rotation_deg);
     const auto moved = renderer.render();
-    CHECK(moved.plan.compact.has_value() == (layers > 0));
+    CHECK((moved.plan.virtual_planes() != nullptr) == (layers > 0));
     CHECK(moved.plan.layers.size() == std::max<std::size_t>(layers, 1));
-    CHECK_FALSE(moved.plan.why_propagation.empty());
+    CHECK_FALSE(moved.plan.why_carrier.empty());
     scene.objects[0].position_m = to;
     CHECK(compare_fields(render(device, scene).field, moved.field).error < most_error);
   }
@@ -501,7 +503,7 @@ DEVICE_TEST("the device bins footprints as the host does, and fields are the sam
   }
   for (const auto& stage : {compact(wall()), compact(ball_before_wall(10e-3))}) {
     const Rig rig(device, stage);
-    REQUIRE(rig.plan.compact);
+    REQUIRE(rig.plan.virtual_planes());
     const auto fields = [&](Counting where) {
       return at_hologram(device, rig, 2, 1, raywave::cl::FftBackend::host, where).tiles;
     };

@@ -2,8 +2,8 @@
 // trace_fan against host/reference/shading.hpp, pixel by pixel.
 #include "host/trace/fan_tracer.hpp"
 
-#include "host/plan/make_plan.hpp"
 #include "host/plan/precision.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/devices.hpp"
@@ -49,7 +49,7 @@ Field traced(const cl::Device& device, const World& world, const Plan& plan, con
   const DeviceScene arrays(device, world, plan);
   if (options) *options = arrays.options;
   FanTracer tracer(device, plan, arrays);
-  Field field(static_cast<std::size_t>(plan.size.x) * plan.size.y, {NAN, NAN});
+  Field field(static_cast<std::size_t>(plan.hologram.size.x) * plan.hologram.size.y, {NAN, NAN});
   cl::ComplexBuffer buffer(device, std::span<const std::complex<float>>(field), "field");
   tracer.trace(wrp, seed, buffer);
   return buffer.read();

@@ -32,8 +32,8 @@ Fields gathered(const raywave::cl::Device& device, const Rig& rig, dvec3 centre,
                 std::size_t layer = 0) {
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, frames, plane_wave_spots);
   gatherer.draw_phases(seed);
-  const auto pixels =
-      static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
+  const auto pixels = static_cast<std::size_t>(rig.plan.hologram.size.x) *
+                      static_cast<std::size_t>(rig.plan.hologram.size.y);
   raywave::cl::ComplexBuffer field(
       device, Fields(static_cast<std::size_t>(frames) * pixels, {7, 7}), "field");
   gatherer.gather(Wrp{.centre_m = centre, .layer = layer}, field);
@@ -132,14 +132,14 @@ DEVICE_TEST("a cone without apodization lights exactly the pixels whose rays rea
     stage.scene.sampling.apodization = 0;
     const Rig rig(device, stage);
     REQUIRE(rig.samples.size() == 1);
-    const auto p = place(rig.samples[0]) + rig.plan.origin_m;
+    const auto p = place(rig.samples[0]) + rig.plan.extent.origin_m;
     const dvec3 centre(5e-6, 0, z_wrp);
     const auto field = gathered(device, rig, centre);
     int lit = 0, wrong = 0;
     for (std::size_t i = 0; i < field.size(); ++i) {
       const auto pixel = reference::pixel_m(rig.plan, centre, i);
       const auto at = abs(dvec2(pixel) - dvec2(p - pixel) * pixel.z / (p.z - pixel.z)) /
-                      (dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0);
+                      (dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m / 2.0);
       const double most = std::max(at.x, at.y);
       if (std::abs(most - 1) < 1e-5) continue;
       wrong += (field[i] != 0.0f) != (most < 1);
@@ -165,7 +165,7 @@ DEVICE_TEST("light too steep for the pixels of the SLM is left out") {
     const auto pixel = reference::pixel_m(rig.plan, {0, 0, 0}, i);
     int shown = 0, unsure = 0;
     for (const auto& s : rig.samples) {
-      const auto way = normalize(place(s) + rig.plan.origin_m - pixel);
+      const auto way = normalize(place(s) + rig.plan.extent.origin_m - pixel);
       shown += way.x < 638e-9 / 8e-6;
       unsure += std::abs(way.x - 638e-9 / 8e-6) < 1e-6;
     }
@@ -218,14 +218,14 @@ DEVICE_TEST(
     Complex exact = 0, by_smooth = 0, by_hard = 0;
     for (std::size_t i = 0; i < rig.samples.size(); ++i) {
       const auto& s = rig.samples[i];
-      const auto path = pixel_m - (place(s) + rig.plan.origin_m);
+      const auto path = pixel_m - (place(s) + rig.plan.extent.origin_m);
       const double r = length(path);
       const auto wave =
           reference::amplitude_towards(what, i, path / -path.z) / r *
           std::polar(1.0, 2 * std::numbers::pi *
                               (std::remainder(r / 638e-9, 1.0) + phase_turns_of_key(s.key, 1)));
       const bool is_free = free_path(rig.corners, place(s), normal(s), rig.arrays.bias_m,
-                                     pixel_m - rig.plan.origin_m) != reference::Seen::no;
+                                     pixel_m - rig.plan.extent.origin_m) != reference::Seen::no;
       exact += is_free ? wave : 0.0;
       by_smooth += (s.hidden ? reference::smooth_share(what, i, dvec2(pixel_m)) : 1.0) * wave;
       const auto words = rig.table.visibility_words();
@@ -269,7 +269,8 @@ DEVICE_TEST(
   const RenderOptions points{.method = Method::points};
   const auto gold = render(device, stage.scene, points);
   const Rig rig(device, stage);
-  Propagator propagator(device, {rig.plan.size, rig.plan.pitch_m, rig.plan.wavelength_m, 2});
+  Propagator propagator(device, {rig.plan.hologram.size, rig.plan.hologram.pitch_m,
+                                 rig.plan.hologram.wavelength_m, 2});
   // The sphere extends from 18.55 to 19.45 mm; the plane behind it stands at 19.5 mm.
   for (const double z :
        {16.5e-3, 17.55e-3, 18.2e-3, 18.6e-3, 19e-3, 19.2e-3, 19.47e-3, 19.5e-3, 19.7e-3, 21e-3}) {
@@ -292,23 +293,25 @@ namespace {
 /// The wave of an unoccluded sample at a pixel: the sum of 500 plane waves per axis towards the
 /// window of the cone.
 Complex plane_waves(const Plan& plan, dvec3 p, dvec3 pixel) {
-  const double wave_number = 2 * std::numbers::pi / plan.wavelength_m, depth = p.z - pixel.z;
-  Complex product = Complex(0, 1) / plan.wavelength_m * std::polar(1.0, wave_number * depth);
+  const double wave_number = 2 * std::numbers::pi / plan.hologram.wavelength_m,
+               depth = p.z - pixel.z;
+  Complex product =
+      Complex(0, 1) / plan.hologram.wavelength_m * std::polar(1.0, wave_number * depth);
   for (int axis = 0; axis < 2; ++axis) {
-    const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+    const double half = plan.hologram.size[axis] * plan.hologram.pitch_m[axis] / 2;
     const int count = 500;
     Complex sum = 0;
     for (int n = 0; n < count; ++n) {
-      const double at = ((n + 0.5) / count * 2 - 1) * plan.cone_half_width,
+      const double at = ((n + 0.5) / count * 2 - 1) * plan.cone.half_width,
                    tangent = (at * half - p[axis]) / p.z;
       const double e =
-          plan.apodization > 0
-              ? std::clamp((plan.cone_half_width - std::abs(at)) / plan.apodization, 0.0, 1.0)
+          plan.cone.apodization > 0
+              ? std::clamp((plan.cone.half_width - std::abs(at)) / plan.cone.apodization, 0.0, 1.0)
               : 1.0;
       const double sine = tangent / std::hypot(1, tangent), cosine = 1 / std::hypot(1, tangent);
       // ds = cosine^3 d tangent
       const double weight =
-          e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.cone_half_width * half / p.z / count);
+          e * e * (3 - 2 * e) * cosine * cosine * (2 * plan.cone.half_width * half / p.z / count);
       sum += weight *
              std::polar(1.0, wave_number * (sine * (pixel[axis] - p[axis]) - depth * (1 - cosine)));
     }
@@ -335,7 +338,7 @@ DEVICE_TEST(
   REQUIRE(rig.samples.size() == 1);
   for (const double depth : {0.0, 1e-9, -1e-9, 3e-6, -20e-6, 0.2e-3, -0.7e-3}) {
     // The plane is centred on the sample, so that all of its light falls on the plane.
-    const auto first = place(rig.samples[0]) + rig.plan.origin_m;
+    const auto first = place(rig.samples[0]) + rig.plan.extent.origin_m;
     const dvec3 centre(first.x, first.y, first.z - depth);
     const auto field = gathered(device, rig, centre, 12);
     double difference = 0, lit = 0, all = 0;
@@ -347,7 +350,7 @@ DEVICE_TEST(
       for (const auto& s : rig.samples)
         wanted += double(s.weight) * std::sqrt(double(s.radiance)) *
                   std::polar(1.0, 2 * std::numbers::pi * phase_turns_of_key(s.key, 1)) *
-                  plane_waves(rig.plan, place(s) + rig.plan.origin_m, pixel);
+                  plane_waves(rig.plan, place(s) + rig.plan.extent.origin_m, pixel);
       all += std::norm(wanted);
       if (field[i] == 0.0f) continue;  // outside the sample's footprint
       difference += std::norm(Complex(field[i]) - wanted);
@@ -361,11 +364,12 @@ DEVICE_TEST(
 
 DEVICE_TEST("geometric footprints and plane waves agree at the switch between them") {
   const Rig rig(device, near_point());
-  const auto first = place(rig.samples.at(0)) + rig.plan.origin_m;
-  const double half = rig.plan.size.x * rig.plan.pitch_m.x / 2,
-               spot = rig.plan.wavelength_m * first.z / (2 * rig.plan.cone_half_width * half);
+  const auto first = place(rig.samples.at(0)) + rig.plan.extent.origin_m;
+  const double half = rig.plan.hologram.size.x * rig.plan.hologram.pitch_m.x / 2,
+               spot =
+                   rig.plan.hologram.wavelength_m * first.z / (2 * rig.plan.cone.half_width * half);
   for (const double side : {1.0, -1.0}) {
-    const double depth = side * 12 * spot * first.z / (rig.plan.cone_half_width * half);
+    const double depth = side * 12 * spot * first.z / (rig.plan.cone.half_width * half);
     const dvec3 centre(first.x, first.y, first.z - depth);
     const auto geometric = gathered(device, rig, centre, 0),
                waves = gathered(device, rig, centre, 20);
@@ -402,7 +406,7 @@ DEVICE_TEST(
   const auto all = gathered(device, rig, centre), all_near = gathered(device, rig, centre, 12);
   // Layer bounds at a sample's own depth, one float behind another sample, and behind all
   // samples
-  const double z0 = rig.plan.origin_m.z, first = z0 + double{depths[1]},
+  const double z0 = rig.plan.extent.origin_m.z, first = z0 + double{depths[1]},
                second = z0 + double{std::nextafter(depths[3], 1.0f)};
   layers.assign(4, whole);
   layers[0].end_m = layers[1].begin_m = first;
@@ -438,21 +442,24 @@ DEVICE_TEST(
   const double z_wrp = plan.layers[0].distance_m;
   double pairs = 0, asked = 0;
   for (const auto& s : rig.samples) {
-    const auto p = place(s) + plan.origin_m;
+    const auto p = place(s) + plan.extent.origin_m;
     double pixels = 1;
     for (int axis = 0; axis < 2; ++axis) {
-      const double middle = p[axis] * z_wrp / p.z,
-                   half = plan.size[axis] * plan.pitch_m[axis] / 2 * (p.z - z_wrp) / p.z;
+      const double middle = p[axis] * z_wrp / p.z, half = plan.hologram.size[axis] *
+                                                          plan.hologram.pitch_m[axis] / 2 *
+                                                          (p.z - z_wrp) / p.z;
       int inside = 0;
-      for (int i = 0; i < plan.size[axis]; ++i)
-        inside += std::abs((i - (plan.size[axis] - 1) / 2.0) * plan.pitch_m[axis] - middle) <= half;
+      for (int i = 0; i < plan.hologram.size[axis]; ++i)
+        inside +=
+            std::abs((i - (plan.hologram.size[axis] - 1) / 2.0) * plan.hologram.pitch_m[axis] -
+                     middle) <= half;
       pixels *= inside;
     }
     pairs += pixels;
     asked += s.hidden ? pixels : 0;
   }
-  const double per_pixel = pairs / (plan.size.x * plan.size.y),
-               asked_per_pixel = asked / (plan.size.x * plan.size.y);
+  const double per_pixel = pairs / (plan.hologram.size.x * plan.hologram.size.y),
+               asked_per_pixel = asked / (plan.hologram.size.x * plan.hologram.size.y);
 
   const auto share_in_window = [&](const Scene& wanted) {
     const auto wrp = render(device, wanted, RenderOptions{.keep_wrps = true}).wrps.at(0);
@@ -463,7 +470,8 @@ DEVICE_TEST(
                   padded.begin() + (y + margin) * wide + margin);
     raywave::cl::ComplexBuffer field(device, std::span<const std::complex<float>>(padded),
                                      "wide field");
-    Propagator propagator(device, {{wide, wide}, plan.pitch_m, plan.wavelength_m, 1.25});
+    Propagator propagator(device,
+                          {{wide, wide}, plan.hologram.pitch_m, plan.hologram.wavelength_m, 1.25});
     propagator.load(field);
     propagator.add({{0, 0}, z_wrp});
     propagator.collect(field);

@@ -3,7 +3,7 @@
 
 #include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/geometry/normal_cones.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/rays.hpp"
 #include "host/trace/device_scene.hpp"
 #include "tests/support/worlds.hpp"
@@ -95,14 +95,14 @@ void check_rays(const raywave::cl::Device& device, const Stage& stage,
   DeviceScene arrays(device, stage.world, make_plan(stage.scene, stage.world));
   arrays.place(moved, plan);
   REQUIRE(arrays.tree.instances.size() >= least_instances);
-  const auto corners = corners_in_order(there, plan.origin_m, arrays.tree);
+  const auto corners = corners_in_order(there, plan.extent.origin_m, arrays.tree);
   const auto within = [&](dvec3 half) {
     const double x = uniform(random, -half.x, half.x), y = uniform(random, -half.y, half.y);
     return dvec3(x, y, uniform(random, -half.z, half.z));
   };
   std::vector<reference::Ray> rays;
   for (int i = 0; i < 600; ++i) {
-    const auto target = within(target_m), from = i % 2 ? within(from_m) : -plan.origin_m;
+    const auto target = within(target_m), from = i % 2 ? within(from_m) : -plan.extent.origin_m;
     // The oracle gets rays and corners rounded to floats: only the traversal is compared.
     rays.push_back({dvec3(glm::vec3(from)), dvec3(glm::vec3((target - from) * 1.5)), 0, 2});
   }

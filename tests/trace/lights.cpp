@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Soft shadows, spots and highlights on devices, against sums over the lights and their formulas.
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/trace/gatherer.hpp"
 #include "host/view/lens.hpp"
@@ -109,7 +109,7 @@ DEVICE_TEST("the shadow of a straight edge under an area light is the sum over i
     double last = -1, last_x = 0;
     for (const auto& s : rig.samples) {
       if (rig.object_of(s) != 0) continue;
-      const auto at = place(s) + rig.plan.origin_m;
+      const auto at = place(s) + rig.plan.extent.origin_m;
       if (std::abs(at.x) > 0.25 * mm || std::abs(at.y) > 0.2 * mm) continue;
       const double expected = floor_radiance(light, at.x, at.y);
       off = std::max(off, std::abs(double{s.radiance} - expected));
@@ -181,8 +181,8 @@ DEVICE_TEST("the highlights of lights with a size and of spots add up to the dir
   CHECK(rig.arrays.light_words() == 2);
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1, 0);
   gatherer.draw_phases(1);
-  const auto pixels =
-      static_cast<std::size_t>(rig.plan.size.x) * static_cast<std::size_t>(rig.plan.size.y);
+  const auto pixels = static_cast<std::size_t>(rig.plan.hologram.size.x) *
+                      static_cast<std::size_t>(rig.plan.hologram.size.y);
   raywave::cl::ComplexBuffer field(device, std::vector<std::complex<float>>(pixels), "field");
   const dvec3 centre(0, 0, 18.8 * mm);
   gatherer.gather(Wrp{.centre_m = centre, .layer = 0}, field);

@@ -4,7 +4,7 @@
 
 #include "cl/buffer.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/reference/specular.hpp"
 #include "host/render.hpp"
@@ -50,7 +50,8 @@ Surface sheet_aside() { return rectangle({1.5e-3, 0.9e-3, 20e-3}, {0, 0, 3e-3}, 
 /// The hologram of a rig of Method::points.
 std::vector<std::complex<float>> all_points(const raywave::cl::Device& device, const Rig& rig) {
   raywave::cl::ComplexBuffer field(
-      device, static_cast<std::size_t>(rig.plan.size.x * rig.plan.size.y), "field");
+      device, static_cast<std::size_t>(rig.plan.hologram.size.x * rig.plan.hologram.size.y),
+      "field");
   Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
   gatherer.draw_phases(1);
   gatherer.gather(rig.plan.wrps[0], field);
@@ -103,19 +104,21 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
   std::vector<dvec2> places;
   std::vector<std::size_t> pixels;
   for (int i = 0; i < 40; ++i) {
-    const int column = static_cast<int>(uniform(random, 0, plan.size.x - 0.01)),
-              row = static_cast<int>(uniform(random, 0, plan.size.y - 0.01));
-    pixels.push_back(static_cast<std::size_t>(row * plan.size.x + column));
-    places.push_back(dvec2(column - (plan.size.x - 1) / 2.0, (plan.size.y - 1) / 2.0 - row) *
-                     plan.pitch_m);
+    const int column = static_cast<int>(uniform(random, 0, plan.hologram.size.x - 0.01)),
+              row = static_cast<int>(uniform(random, 0, plan.hologram.size.y - 0.01));
+    pixels.push_back(static_cast<std::size_t>(row * plan.hologram.size.x + column));
+    places.push_back(
+        dvec2(column - (plan.hologram.size.x - 1) / 2.0, (plan.hologram.size.y - 1) / 2.0 - row) *
+        plan.hologram.pitch_m);
   }
   std::vector<Complex> truth(places.size());
   for (const auto& s : rig.samples) {
     if (s.path < 0) continue;
     ++errors.samples;
-    const auto v = place(s) + plan.origin_m;
+    const auto v = place(s) + plan.extent.origin_m;
     const auto& path = paths[s.path];
-    const auto source = dvec3(path.source[0], path.source[1], path.source[2]) + plan.origin_m;
+    const auto source =
+        dvec3(path.source[0], path.source[1], path.source[2]) + plan.extent.origin_m;
     const auto face = normal(s);
     const auto chief = reference::solve_path(surfaces, dvec2(0), source, dvec2(v) / v.z);
     if (!chief) {
@@ -136,7 +139,7 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
       const double amplitude =
           std::sqrt(s.radiance * light(*solved) / light(*chief)) * s.weight / glm::length(v);
       const double turns =
-          (solved->optical_m - chief->optical_m + glm::length(v)) / plan.wavelength_m +
+          (solved->optical_m - chief->optical_m + glm::length(v)) / plan.hologram.wavelength_m +
           reference::phase_turns_of_key(s.key, 1);
       truth[i] += std::polar(amplitude, 2 * std::numbers::pi * std::remainder(turns, 1));
     }
@@ -191,8 +194,8 @@ DEVICE_TEST("a plane mirror shows samples where the mirrored scene has them, in 
   int partly = 0;
   for (std::size_t i = 0; i < behind.size(); ++i) {
     const auto &a = in_mirror[i], &b = behind[i];
-    off =
-        std::max(off, glm::length(place(a) + seen.plan.origin_m - place(b) - truth.plan.origin_m));
+    off = std::max(off, glm::length(place(a) + seen.plan.extent.origin_m - place(b) -
+                                    truth.plan.extent.origin_m));
     light = std::max(light, std::abs(a.radiance / b.radiance - 1.0));
     tilt = std::max({tilt, std::abs(a.tilt_x - b.tilt_x + 0.0), std::abs(a.tilt_y - b.tilt_y + 0.0),
                      std::abs(a.tilt_z - b.tilt_z + 0.0)});
@@ -476,7 +479,7 @@ DEVICE_TEST("a slab brings what lies behind it nearer by its thickness times 1 -
   int count = 0;
   double off = 0;
   for (const auto& s : rig.samples) {
-    const auto v = place(s) + rig.plan.origin_m;
+    const auto v = place(s) + rig.plan.extent.origin_m;
     const auto t = dvec2(v) / v.z;
     if (s.path < 0 || s.radiance < 0.5 || glm::length(t) > 4e-3) continue;
     ++count;
@@ -500,7 +503,7 @@ DEVICE_TEST("a glass ball focuses as a thick lens does") {
   int count = 0;
   double sum = 0;
   for (const auto& s : rig.samples) {
-    const auto v = place(s) + rig.plan.origin_m;
+    const auto v = place(s) + rig.plan.extent.origin_m;
     if (s.path < 0 || s.radiance < 0.5 || glm::length(dvec2(v)) > 60e-6) continue;
     ++count;
     sum += v.z;
@@ -527,11 +530,11 @@ DEVICE_TEST("a prism turns light by the index of refraction that it has at the w
     int count = 0;
     for (const auto& s : rig.samples) {
       if (s.path < 0 || s.radiance < 0.5) continue;
-      const auto v = place(s) + rig.plan.origin_m;
+      const auto v = place(s) + rig.plan.extent.origin_m;
       const auto& path = paths[s.path];
       const auto source = dvec3(path.source[0], path.source[1], path.source[2]);
-      const auto solved =
-          reference::solve_path(surfaces, dvec2(0), source + rig.plan.origin_m, dvec2(v) / v.z);
+      const auto solved = reference::solve_path(surfaces, dvec2(0),
+                                                source + rig.plan.extent.origin_m, dvec2(v) / v.z);
       REQUIRE(solved);
       off = std::max(off, glm::length(solved->tangents - dvec2(v) / v.z));
       ++count;
@@ -564,14 +567,14 @@ DEVICE_TEST("parts of the hologram see a sample in a mirror where mirror and vie
       .add(sheet, dark());
   const Rig rig(device, stage, Method::points, false);
   const int parts = rig.table.visibility_parts;
-  const auto half =
-      dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
+  const auto half = dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m / 2.0 *
+                    std::max(1.0, rig.plan.cone.half_width);
   int wrong = 0, seen = 0, blind = 0, unsure = 0, count = 0;
   for (std::size_t i = 0; i < rig.samples.size(); ++i) {
     const auto& s = rig.samples[i];
     if (s.path < 0 || rig.object_of(s) != 1) continue;
     ++count;
-    const auto v = place(s) + rig.plan.origin_m;
+    const auto v = place(s) + rig.plan.extent.origin_m;
     // 1: seen, 0: not, -1: an edge passes closer than the virtual point's rounding
     const auto truth = [&](int part_x, int part_y) {
       const dvec3 from((dvec2(part_x, part_y) + 0.5) / (parts / 2.0) - 1.0, 0);
@@ -638,8 +641,8 @@ DEVICE_TEST("virtual planes carry light from mirrors and glass as all points do"
                  all = render(device, stage.scene, stage.world, points);
       const auto compared = compare_fields(all.field, planes.field);
       CAPTURE(name_of(bounces), tiles.x, compared.error, compared.correlation,
-              planes.plan.compact->error());
-      CHECK(planes.plan.compact);
+              planes.plan.virtual_planes()->error());
+      CHECK(planes.plan.virtual_planes());
       CHECK(compared.error < 0.05);
     }
   }

@@ -22,7 +22,7 @@ DEVICE_TEST("small objects far from the hologram keep their samples and do not h
     for (std::size_t i = 0; i < rig.samples.size(); ++i) {
       const auto& s = rig.samples[i];
       if (rig.object_of(s) != 0) continue;
-      const auto p = place(s) + rig.plan.origin_m;
+      const auto p = place(s) + rig.plan.extent.origin_m;
       off = std::max(off, std::abs(p.z - z - p.x / 4));
       ++plane;
       plane_lit += rig.lit[i] & 1u;
@@ -61,8 +61,8 @@ DEVICE_TEST(
   // The mask of every sample is compared with rays of the oracle to the centres of all parts.
   for (const auto& stage : stages) {
     const Rig rig(device, stage);
-    const auto half =
-        dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * std::max(1.0, rig.plan.cone_half_width);
+    const auto half = dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m / 2.0 *
+                      std::max(1.0, rig.plan.cone.half_width);
     const int parts = rig.table.visibility_parts;
     int seen = 0, blind = 0, wrong = 0, hidden = 0, unseen = 0;
     for (std::size_t i = 0; i < rig.samples.size(); ++i) {
@@ -114,12 +114,13 @@ DEVICE_TEST("only the silhouette of a single sphere has hidden samples") {
   stage.add(sphere(middle, 0.45e-3, 100));
   stage.scene.hologram.pitch_m = {40e-6, 40e-6};
   const Rig rig(device, stage);
-  const auto half = dvec2(rig.plan.size) * rig.plan.pitch_m / 2.0 * rig.plan.cone_half_width;
+  const auto half =
+      dvec2(rig.plan.hologram.size) * rig.plan.hologram.pitch_m / 2.0 * rig.plan.cone.half_width;
   int wrong = 0;
   for (const auto& s : rig.samples) {
     // Samples that all corners of the window see at more than 1.8 degrees must not be hidden; the
     // triangles are tilted against the sphere by 0.9 degrees.
-    const auto p = place(s) + rig.plan.origin_m;
+    const auto p = place(s) + rig.plan.extent.origin_m;
     double least = 1;
     for (const double x : {-half.x, half.x})
       for (const double y : {-half.y, half.y})
@@ -178,7 +179,7 @@ DEVICE_TEST(
       for (int l = 0; l < 40; ++l) {
         const auto& light = stage.scene.lights[l + 1];
         const auto way = light.type == LightType::point
-                             ? light.position_m - rig.plan.origin_m - place(s)
+                             ? light.position_m - rig.plan.extent.origin_m - place(s)
                              : -normalize(light.direction) * 0.1;
         const double facing = dot(normalize(way), normal(s));
         bool lit = facing > 0;

@@ -130,7 +130,7 @@ DEVICE_TEST(
       continue;
     }
     if (sphere_expected) {
-      const auto p = place(layers[0]) + rig.plan.origin_m;
+      const auto p = place(layers[0]) + rig.plan.extent.origin_m;
       const double cosine = std::sqrt(1 - std::pow(meets.across / radius, 2));
       off_sphere = std::max(off_sphere, std::abs(length(p - middle) - radius));
       off_depth = std::max(off_depth, std::abs(p.z - meets.z) * cosine);
@@ -138,7 +138,8 @@ DEVICE_TEST(
       ++on_sphere;
     }
     if (plane_expected) {
-      off_plane = std::max(off_plane, std::abs(layers.back().z + rig.plan.origin_m.z - plane_z));
+      off_plane =
+          std::max(off_plane, std::abs(layers.back().z + rig.plan.extent.origin_m.z - plane_z));
       on_plane += layers.back().nz == -1;
     }
   }
@@ -169,7 +170,7 @@ DEVICE_TEST(
   for (const auto& s : rig.samples) {
     ++of_object[rig.object_of(s)];
     if (rig.object_of(s) == 2)
-      CHECK(s.z + rig.plan.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
+      CHECK(s.z + rig.plan.extent.origin_m.z == Catch::Approx(20.6e-3).epsilon(1e-6));
   }
   // Rays through the square of the first plane hit both planes. The front of the box (0.2 mm wide
   // at 20.6 mm) is its only visible outside.
@@ -239,7 +240,7 @@ DEVICE_TEST(
           light += s.radiance;
           const auto first = tangents(rig, cell) / step - 0.5;
           const dvec2 wanted(centroid(first.x), centroid(first.y));
-          const auto p = place(s) + rig.plan.origin_m;
+          const auto p = place(s) + rig.plan.extent.origin_m;
           off = std::max(off, length(p - dvec3(wanted * step, 1) * 20e-3));
           moved += length(wanted - first - 0.5) > 0.1;
         }
@@ -288,7 +289,7 @@ OffOracle off_oracle(const Stage& stage, const Rig& rig) {
     for (std::size_t i = 0; i < got.size(); ++i) {
       off.place_m = std::max(off.place_m, length(place(got[i]) - wanted.samples[i].place));
       off.radiance = std::max(off.radiance, std::abs(got[i].radiance - wanted.samples[i].radiance));
-      const auto p = place(got[i]) + rig.plan.origin_m;
+      const auto p = place(got[i]) + rig.plan.extent.origin_m;
       off.moved += length(dvec2(p) / p.z - t) > 0.05 * rig.plan.lattice.step;
       ++off.samples;
     }
@@ -437,7 +438,7 @@ DEVICE_TEST("the samples of a plane do not depend on its triangles: 2 or 20,000"
       const Rig a(device, two), b(device, many);
       // Antialiased samples lie anywhere in their cells.
       const double off_m =
-          antialias > 0 ? std::sqrt(0.5) * a.plan.lattice.step * a.plan.far_m : 1e-8;
+          antialias > 0 ? std::sqrt(0.5) * a.plan.lattice.step * a.plan.extent.far_m : 1e-8;
       check_table(a, off_m);
       check_table(b, off_m);
       CHECK(a.samples.size() > 500);

@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Three-dimensional cues: a hologram must show parallax, highlights, shadows and tilted surfaces as
 // a lens in its place does.
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"

@@ -4,7 +4,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 

@@ -3,7 +3,7 @@
 // (host/reference/lens.hpp), which shades the same world one ray at a time.
 #include "host/common/error.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/lens.hpp"
 #include "host/view/lens.hpp"
 #include "tests/support/devices.hpp"

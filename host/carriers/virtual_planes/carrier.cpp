@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/carriers/virtual_planes/carrier.hpp"
 
-#include "host/plan/compact.hpp"
+#include "host/carriers/virtual_planes/planning/facts.hpp"
 
 namespace raywave {
 
@@ -43,7 +43,8 @@ TileField VirtualPlaneCarrier::sum() {
 }
 
 void VirtualPlaneCarrier::add_notes(std::vector<std::string>& notes) const {
-  for (auto& warning : compact_warnings(*plan_)) notes.push_back(std::move(warning));
+  for (auto& warning : warnings_of(*plan_->virtual_planes(), *plan_))
+    notes.push_back(std::move(warning));
 }
 
 }  // namespace raywave

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Light over virtual planes, one Fourier transform away from a tile of the hologram
-/// (host/plan/compact.hpp, docs/pipeline.md#virtual-planes).
+/// (host/carriers/virtual_planes/planning/planes.hpp, docs/pipeline.md#virtual-planes).
 #pragma once
 
 #include <optional>

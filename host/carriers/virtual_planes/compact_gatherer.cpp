@@ -7,8 +7,8 @@
 #include <limits>
 #include <numbers>
 
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/common/error.hpp"
-#include "host/plan/compact.hpp"
 #include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 #include "kernels/gather/compact_layout.h"
@@ -36,7 +36,7 @@ int knots_for(const Plan& plan, const DepthLayer& layer) {
                depth = near_m / reach_m, rho = depth + std::sqrt(depth * depth + 1);
   int knots = 8;
   while (knots < COMPACT_MOST_KNOTS &&
-         near_m / plan.wavelength_m * std::pow(rho, -knots) > knots_error_turns)
+         near_m / plan.hologram.wavelength_m * std::pow(rho, -knots) > knots_error_turns)
     knots *= 2;
   return knots;
 }
@@ -94,40 +94,41 @@ void CompactGatherer::draw_phases(std::uint32_t seed) {
 }
 
 device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
-  const auto& compact = plan_.compact.value();
+  const auto& compact = *plan_.virtual_planes();
   const auto& layer = plan_.layer_of(wrp);
-  const auto half = plan_.tile_window_m() / 2.0, period = glm::dvec2(compact.size) * plan_.pitch_m;
-  const auto origin = origin_of_tile(plan_, plan_.tile_of(wrp)) - glm::dvec2(plan_.origin_m);
+  const auto half = plan_.tile_window_m() / 2.0,
+             period = glm::dvec2(compact.size) * plan_.hologram.pitch_m;
+  const auto origin = origin_of_tile(plan_, plan_.tile_of(wrp)) - glm::dvec2(plan_.extent.origin_m);
   device::CompactPlane plane{};
   plane.nx = compact.size.x;
   plane.ny = compact.size.y;
   plane.row_stride = compact.row_stride();
-  plane.tile_nx = plan_.tile_size.x;
-  plane.tile_ny = plan_.tile_size.y;
+  plane.tile_nx = plan_.tiling.tile_size.x;
+  plane.tile_ny = plan_.tiling.tile_size.y;
   std::tie(plane.origin_x, plane.origin_x_low) = split(origin.x);
   std::tie(plane.origin_y, plane.origin_y_low) = split(origin.y);
-  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.origin_m.z);
+  std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.extent.origin_m.z);
   std::tie(plane.z0, plane.z0_low) = split(std::abs(wrp.centre_m.z));
   plane.side = wrp.centre_m.z < 0 ? -1.0f : 1.0f;
   std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
-  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.wavelength_m);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
   std::tie(plane.frequency_x, plane.frequency_x_low) = split(1 / period.x);
   std::tie(plane.frequency_y, plane.frequency_y_low) = split(1 / period.y);
   const auto put = [](glm::dvec2 value, float& x, float& y) {
     x = static_cast<float>(value.x);
     y = static_cast<float>(value.y);
   };
-  put(plan_.pitch_m, plane.pitch_x, plane.pitch_y);
+  put(plan_.hologram.pitch_m, plane.pitch_x, plane.pitch_y);
   put(half, plane.half_x, plane.half_y);
   put(period, plane.period_x, plane.period_y);
-  put(period / plan_.wavelength_m, plane.pixels_per_sine_x, plane.pixels_per_sine_y);
+  put(period / plan_.hologram.wavelength_m, plane.pixels_per_sine_x, plane.pixels_per_sine_y);
   plane.margin = static_cast<float>(compact.margin_px);
   plane.rough_margin = static_cast<float>(compact.rough_margin_px);
   plane.highlight_margin = static_cast<float>(compact.highlight_margin_px);
   plane.lines = compact.most_lines();
   plane.highlight_lines = compact.highlight_lines;
   plane.lines_tolerance = static_cast<float>(compact.lines_tolerance);
-  put(plan_.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
+  put(plan_.hologram.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
   const auto& light = plan_.slm.illumination;
   const double side = plane.side;
   put(light.sine_at(origin_of_tile(plan_, plan_.tile_of(wrp))) * glm::dvec2(side, -side),
@@ -212,7 +213,8 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
     const auto add_row = [&](int axis, const auto& right, const auto& left) {
       const auto begin = table.size();
       table.resize(begin + COMPACT_NODE_ROOM(n), 0.0f);
-      const double step = plan_.compact->size[axis] * plan_.pitch_m[axis] / half_m[axis] / n;
+      const double step =
+          plan_.virtual_planes()->size[axis] * plan_.hologram.pitch_m[axis] / half_m[axis] / n;
       for (int node = 1; node <= half_nodes[axis]; ++node) {
         const auto at = begin + static_cast<std::size_t>(node - 1);
         table[at] = static_cast<float>(right(node * step));
@@ -224,7 +226,7 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
       add_row(axis, weight, [&](double at) { return weight(-at); });
     };
     const auto bell = [&](int axis, double at) {
-      return bell_of(plan_, axis)(at) * plan_.compact->size[axis] / n;
+      return bell_of(plan_, axis)(at) * plan_.virtual_planes()->size[axis] / n;
     };
     const auto spline = [&](int axis, int part, double at) {
       return cubic_spline(

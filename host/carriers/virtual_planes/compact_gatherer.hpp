@@ -14,7 +14,7 @@ namespace raywave {
 
 class CompactGatherer {
 public:
-  /// plan    with Plan::compact
+  /// plan    whose light travels by virtual planes
   /// frames  number gathered together, 1 to most_frames_together
   /// bins    where the samples of each bin are listed; none: as the device asks for
   CompactGatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,

@@ -3,8 +3,8 @@
 
 #include <cmath>
 
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/geometry/kernel_options.hpp"
-#include "host/plan/compact.hpp"
 
 namespace raywave {
 namespace {
@@ -15,7 +15,7 @@ constexpr double float_remainder_turns = 2;
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
 std::size_t area(glm::ivec2 n) { return size(n.x) * size(n.y); }
 
-/// Pixels from the tile's origin (host/plan/compact.hpp); tables are read in whole packets.
+/// Pixels from the tile's origin (planning/planes.hpp); tables are read in whole packets.
 constexpr int packet = 16;
 
 template <class F>
@@ -30,11 +30,11 @@ std::vector<float> table_of(int pixels, const F& value) {
 CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
                                      cl::FftBackend backend)
     : device_(device),
-      size_(plan.compact.value().size),
-      tile_size_(plan.tile_size),
-      row_stride_(size(plan.compact.value().row_stride())),
-      pitch_m_(plan.pitch_m),
-      wavelength_m_(plan.wavelength_m) {
+      size_(plan.virtual_planes()->size),
+      tile_size_(plan.tiling.tile_size),
+      row_stride_(size(plan.virtual_planes()->row_stride())),
+      pitch_m_(plan.hologram.pitch_m),
+      wavelength_m_(plan.hologram.wavelength_m) {
   if (backend == cl::FftBackend::host) {
     host_fft_ = std::make_unique<PlaneFft>(size(size_.x), size(size_.y), row_stride_);
   } else {
@@ -44,8 +44,8 @@ CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
   }
   const auto shares = [&](int axis) {
     const auto bell = bell_of(plan, axis);
-    const double half = plan.tile_size[axis] / 2.0;
-    return table_of(plan.tile_size[axis],
+    const double half = plan.tiling.tile_size[axis] / 2.0;
+    return table_of(plan.tiling.tile_size[axis],
                     [&](int pixel) { return 1 / (bell(pixel / half) * size_[axis]); });
   };
   share_x_ = shares(0);

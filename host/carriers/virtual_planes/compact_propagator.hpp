@@ -18,7 +18,7 @@ namespace raywave {
 
 class CompactPropagator {
 public:
-  /// plan  with Plan::compact; its tiles, pitch and wavelength are taken
+  /// plan  whose light travels by virtual planes; its tiles, pitch and wavelength are taken
   CompactPropagator(const cl::Device& device, const Plan& plan, cl::FftBackend backend);
 
   /// Adds the light of a virtual plane, z0_m in front of the tile, to `field` (the tile's pixels).

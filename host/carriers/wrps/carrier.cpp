@@ -10,8 +10,10 @@ void WrpCarrier::fit(const Plan& plan) {
   plan_ = &plan;
   if (!propagator_) {
     const StageClock clock(times_, "prepare");
-    propagator_.emplace(device_, PropagatorSpec{plan.tile_size, plan.pitch_m, plan.wavelength_m,
-                                                plan.padding, options_.fft});
+    propagator_.emplace(
+        device_,
+        PropagatorSpec{plan.tiling.tile_size, plan.hologram.pitch_m, plan.hologram.wavelength_m,
+                       std::get<SpectrumWrps>(plan.carrier).padding, options_.fft});
   }
   for (const auto& wrp : plan.wrps) {
     try {

@@ -8,11 +8,12 @@
 #include <fstream>
 #include <numeric>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/cost.hpp"
 #include "host/plan/lattice.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 
 namespace raywave {
 namespace {
@@ -56,41 +57,15 @@ double others_share(const MachineTime& then, double processor_s) {
   return std::clamp((now.busy_s - then.busy_s - processor_s) / (now.all_s - then.all_s), 0.0, 1.0);
 }
 
-double transform_operations(double samples) { return 5 * samples * std::log2(samples); }
-
-/// Floating-point operations of the FFTs of one frame. The host FFT transforms only the columns of
-/// the window and the rows of the band; device FFTs transform whole planes.
-double propagation_operations(const Plan& plan, cl::FftBackend backend) {
-  if (plan.compact) {
-    const double across = plan.compact->size.x, down = plan.compact->size.y;
-    return static_cast<double>(plan.wrps.size()) *
-           (backend == cl::FftBackend::host ? down * transform_operations(across) +
-                                                  plan.tile_size.x * transform_operations(down)
-                                            : transform_operations(across * down));
-  }
-  const double nx = plan.padded.x, ny = plan.padded.y;
-  const auto wrps = static_cast<double>(plan.wrps.size());
-  if (backend != cl::FftBackend::host) return (wrps + 1) * transform_operations(nx * ny);
-  const double columns = plan.tile_size.x * transform_operations(ny);
-  Band back;
-  double operations = 0;
-  for (const auto& wrp : plan.wrps) {
-    const auto rows = rows_kept(plan, wrp);
-    operations += columns + rows.count() * transform_operations(nx);
-    back = back.joined(rows);
-  }
-  return operations + back.count() * transform_operations(nx) + columns;
-}
-
 void add_work(const Plan& plan, Method method, cl::FftBackend backend,
               std::map<std::string, StageWork>& work) {
-  const double holograms = plan.frames;
-  const double pixels = static_cast<double>(plan.size.x) * plan.size.y,
+  const double holograms = plan.hologram.frames;
+  const double pixels = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y,
                field = 8 * pixels * holograms;
   const auto wrps = static_cast<double>(plan.wrps.size());
   work["trace"].bytes += wrps * field;
   if (method == Method::wrp) {
-    work["propagate"].operations += holograms * propagation_operations(plan, backend);
+    work["propagate"].operations += holograms * transform_operations(plan, backend);
     work["propagate"].bytes += (wrps + 1) * field;
   }
   // Levels are written, read, and written to host memory.
@@ -270,14 +245,14 @@ void Bench::measure(BenchRow& row) {
   for (const auto& laser : result.lasers) {
     row.samples += laser.samples;
     row.hidden_samples += laser.hidden_samples;
-    if (!laser.plan.aimed)
+    if (!laser.plan.samples.aimed)
       row.rays += static_cast<std::uint64_t>(
           std::llround(static_cast<double>(primary_rays(laser.plan)) * factor));
     if (row.share == 1) add_work(laser.plan, row.method, options_.fft, row.work);
   }
   const auto& plan = result.lasers[0].plan;
   row.grid = plan.grid;
-  row.padded = plan.compact ? plan.compact->size : plan.padded;
+  row.padded = transformed_size(plan);
 
   // The quality of the whole holograms, which are rendered again with their fields
   const auto world = world_of(row.scenes[0]);

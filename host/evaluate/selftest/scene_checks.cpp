@@ -5,11 +5,12 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/carriers/virtual_planes/compact_propagator.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/reference/compact.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/lens.hpp"
@@ -124,16 +125,16 @@ Finding over_virtual_planes(const cl::Device& device, Stage stage, cl::FftBacken
   stage.scene.wrp.propagation = WrpPropagation::automatic;
   const Rig rig(device, stage);
   const auto& plan = rig.plan;
-  if (!plan.compact) return {0, "over WRPs: " + plan.why_propagation};
-  const auto columns = static_cast<std::size_t>(plan.tile_size.x);
+  if (propagation_of(plan) != WrpPropagation::compact) return {0, "over WRPs: " + plan.why_carrier};
+  const auto columns = static_cast<std::size_t>(plan.tiling.tile_size.x);
   cl::ComplexBuffer plane(device, plan.gathered_pixels(), "virtual plane"),
-      field(device, columns * static_cast<std::size_t>(plan.tile_size.y), "field");
+      field(device, columns * static_cast<std::size_t>(plan.tiling.tile_size.y), "field");
   CompactGatherer gatherer(device, plan, rig.arrays, rig.table, 1);
   gatherer.draw_phases(1);
   CompactPropagator propagator(device, plan, fft);
   std::vector<ivec2> pixels;
   for (int i = 0; i < 100; ++i)
-    pixels.push_back({i * 37 % plan.tile_size.x, i * 61 % plan.tile_size.y});
+    pixels.push_back({i * 37 % plan.tiling.tile_size.x, i * 61 % plan.tiling.tile_size.y});
   reference::Field expected(pixels.size()), got;
   const auto [first, end] = plan.wrps_of(0);
   for (auto number = first; number < end; ++number) {

@@ -5,9 +5,10 @@
 #include <array>
 #include <limits>
 
+#include "host/carriers/planning/facts.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/tuning.hpp"
-#include "host/plan/compact.hpp"
 #include "host/plan/precision.hpp"
 
 namespace raywave {
@@ -97,7 +98,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
   if (spec.exhaustive && !spec.quick) finishes.insert(finishes.end(), {{4, 4}, {2, 4}, {0, 4}});
   std::vector<Finish> some;
   for (auto finish : finishes) {
-    if (scene.given.contains("sampling.antialias")) finish.antialias = base.antialias;
+    if (scene.given.contains("sampling.antialias")) finish.antialias = base.samples.antialias;
     if (scene.given.contains("sampling.visibility")) finish.visibility = base.visibility;
     if (std::find(some.begin(), some.end(), finish) == some.end()) some.push_back(finish);
   }
@@ -132,7 +133,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.pitch", {pitches_m.begin(), pitches_m.end()}, 3);
   vary("sampling.frames", {frames_tried.begin(), frames_tried.end()}, 3);
   if (trade.scenes[0].wrp.propagation == WrpPropagation::automatic &&
-      why_not_compact(trade.scenes[0]).empty())
+      why_not_virtual_planes(trade.scenes[0]).empty())
     vary("wrp.propagation", {"spectrum", "compact"}, 2);
   const bool has_wrps = base.propagation == WrpPropagation::spectrum;
   if (has_wrps) vary("wrp.padding", {paddings_tried.begin(), paddings_tried.end()}, 3);
@@ -179,7 +180,7 @@ std::vector<Scene> with_knobs(std::vector<Scene> scenes, const TradeKnobs& knobs
 TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
-  const auto propagation = plan.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+  const auto propagation = propagation_of(plan);
   return {s.pitch_m,    s.frames, propagation, w.padding,     w.layers,       s.antialias,
           s.visibility, s.mode,   s.cone,      s.apodization, plan.precision, fft};
 }
@@ -268,11 +269,11 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     for (const auto& [antialias, visibility] : finishes_of(trade.scenes[0], base, spec)) {
       auto knobs = base;
       knobs.pitch_m = c.pitch_m;
-      knobs.propagation = c.compact ? WrpPropagation::compact : WrpPropagation::spectrum;
+      knobs.propagation = c.propagation;
       knobs.padding = c.padding;
       knobs.frames = c.frames;
       knobs.layers = c.layers;
-      if (!c.compact) {
+      if (c.propagation == WrpPropagation::spectrum) {
         knobs.cone = c.cone.half_width;
         knobs.apodization = c.cone.apodization;
       }

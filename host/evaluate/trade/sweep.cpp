@@ -8,7 +8,7 @@
 #include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
-#include "host/plan/make_plan.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/scene/scene_json.hpp"
 #include "raywave_version.hpp"
 
@@ -105,7 +105,7 @@ TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, cons
   for (const auto& scene : trade_.scenes) {
     const auto plan = make_plan(scene, world_);
     trade_.resolution_m = std::max(trade_.resolution_m, wanted_resolution_m(scene, plan));
-    all_m = glm::max(all_m, glm::dvec2(plan.size * plan.grid) * plan.pitch_m);
+    all_m = glm::max(all_m, glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m);
   }
   const auto plan = make_plan(trade_.scenes[0], world_);
   trade_.grid = plan.grid;
@@ -115,7 +115,7 @@ TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, cons
   if (!pictures.window_m) pictures.window_m = all_m;
   pictures.blur_m = blur_of_resolution * trade_.resolution_m;
   pictures.square_px =
-      std::max(1, static_cast<int>(*pictures.blur_m / plan.pitch_m.x / squares_in_blur));
+      std::max(1, static_cast<int>(*pictures.blur_m / plan.hologram.pitch_m.x / squares_in_blur));
   trade_.of = digits_of(trade_, world_);
   plan_rows(trade_, world_, spec_);
 }

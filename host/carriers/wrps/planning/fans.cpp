@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/fans.hpp"
+#include "host/carriers/wrps/planning/fans.hpp"
 
 #include <algorithm>
 #include <array>
@@ -56,8 +56,8 @@ std::vector<double> fan_tangents(double window_m, double distance_m, double shif
 void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
   const auto& layer = plan.layer_of(wrp);
   const auto window = plan.tile_window_m();
-  const double depth =
-      (plan.far_m - layer.distance_m) * (plan.bounces > 0 ? deepest_virtual_picture : 1);
+  const double depth = (plan.extent.far_m - layer.distance_m) *
+                       (plan.specular.bounces > 0 ? deepest_virtual_picture : 1);
   const double p = scene.sampling.pitch_m;
 
   const auto rays = [&](int axis) { return fan_count(window[axis], layer.distance_m, depth, p); };
@@ -71,21 +71,21 @@ void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
   for (int axis = 0; axis < 2; ++axis) {
     tangents[axis] = fan_tangents(window[axis], layer.distance_m, wrp.centre_m[axis], depth, p);
   }
-  wrp.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
+  wrp.fan = fan_of(tangents[0], tangents[1], plan.hologram.largest_sine);
 }
 
 Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent,
                       int rays_per_axis) {
   Wrp plane;
   plane.tile = tile;
-  plane.centre_m = {plan.tiles[tile].centre_m, 0};
+  plane.centre_m = {plan.tiling.tiles[tile].centre_m, 0};
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
     const double step = 2 * largest_tangent[axis] / rays_per_axis;
     for (int i = 0; i < rays_per_axis; ++i)
       tangents[axis].push_back((i - (rays_per_axis - 1) / 2.0) * step);
   }
-  plane.fan = fan_of(tangents[0], tangents[1], plan.largest_sine);
+  plane.fan = fan_of(tangents[0], tangents[1], plan.hologram.largest_sine);
   return plane;
 }
 

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/forecast/front_view.hpp"
+#include "host/plan/front_view.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -144,7 +144,7 @@ private:
 /// cross  of two edges of its triangle
 bool is_steep(const Plan& plan, glm::dvec3 place, glm::dvec3 cross) {
   constexpr double least_cosine = 0.2, least_cosine_aside = 0.05;
-  const auto half = glm::dvec2(plan.window_m()) / 2.0 * std::max(1.0, plan.cone_half_width);
+  const auto half = glm::dvec2(plan.window_m()) / 2.0 * std::max(1.0, plan.cone.half_width);
   const double along = std::abs(glm::dot(cross, place)), size = glm::length(cross),
                distance = glm::length(place);
   return along < least_cosine * size * distance ||
@@ -160,7 +160,7 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
   constexpr float jump = 4;  // depths of a cell from one surface to the next
   constexpr int coarsest = 128;
   // Differences alone count, and 0 is no surface.
-  const auto offset = static_cast<float>(plan.near_m > 0 ? 0 : 2 / plan.closest_m);
+  const auto offset = static_cast<float>(plan.extent.near_m > 0 ? 0 : 2 / plan.extent.closest_m);
   const auto nearness = [&](int x, int y) {
     const float z =
         view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
@@ -253,7 +253,7 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
 ///
 /// specular  share of the light that each cell's surface mirrors or lets through
 void add_images(const Plan& plan, const std::vector<float>& specular, FrontView& view) {
-  if (plan.images.rays == 0) return;
+  if (plan.specular.images.rays == 0) return;
   double light = 0, cells = 0;
   for (std::size_t cell = 0; cell < specular.size(); ++cell) {
     if (view.depth_m[cell] == 0 || specular[cell] > 0) continue;
@@ -261,9 +261,9 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
     ++cells;
   }
   const double mean = cells > 0 ? light / cells : 0,
-               segments = plan.images.segments / plan.images.rays,
-               lost = plan.images.lost / plan.images.rays;
-  const auto& images = plan.images.all;
+               segments = plan.specular.images.segments / plan.specular.images.rays,
+               lost = plan.specular.images.lost / plan.specular.images.rays;
+  const auto& images = plan.specular.images.all;
   std::size_t cell = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x, ++cell) {
@@ -273,11 +273,12 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
       view.lost += lost;
       const bool has_own = specular[cell] < 1;
       if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
-      const glm::ivec2 at((view.tangent(x, y) - plan.images.low) / plan.images.step);
+      const glm::ivec2 at((view.tangent(x, y) - plan.specular.images.low) /
+                          plan.specular.images.step);
       if (glm::any(glm::lessThan(at, glm::ivec2(0))) ||
-          glm::any(glm::greaterThanEqual(at, plan.images.size)))
+          glm::any(glm::greaterThanEqual(at, plan.specular.images.size)))
         continue;
-      const int ray = at.y * plan.images.size.x + at.x;
+      const int ray = at.y * plan.specular.images.size.x + at.x;
       float brightest = 0;
       for (auto i =
                std::lower_bound(images.begin(), images.end(), ray,
@@ -290,8 +291,8 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
         view.radiance[cell] += shown;
         if (shown <= brightest || has_own) continue;
         brightest = shown;
-        view.depth_m[cell] =
-            static_cast<float>(std::clamp(i->at_m.z, plan.images.near_m, plan.images.far_m));
+        view.depth_m[cell] = static_cast<float>(
+            std::clamp(i->at_m.z, plan.specular.images.near_m, plan.specular.images.far_m));
         view.shiny[cell] = false;
       }
     }

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/light_shown.hpp"
+#include "host/planning/light_shown.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -12,10 +12,10 @@ namespace {
 /// The part of the hologram's window, from -half to half, from which the point at x_m in the plane
 /// z_m is not too steep for the pixels.
 std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
-  const double half = plan.size[axis] * plan.pitch_m[axis] / 2;
+  const double half = plan.hologram.size[axis] * plan.hologram.pitch_m[axis] / 2;
   // A surface near the hologram lights the part before it, and is seen from straight ahead
   if (is_near_hologram(plan)) {
-    const double reach = std::abs(z_m) * plan.largest_sine[axis];
+    const double reach = std::abs(z_m) * plan.hologram.largest_sine[axis];
     return std::abs(x_m) <= half + reach ? std::pair(-half, half) : std::pair(half, -half);
   }
   if (const auto& light = plan.slm.illumination; !light.is_plane()) {
@@ -25,13 +25,13 @@ std::pair<double, double> within_pixels(const Plan& plan, int axis, double x_m, 
              light.sine_at(glm::dvec2(to_m))[axis];
     };
     const double first = beyond(-half), last = beyond(half), rise = (last - first) / (2 * half),
-                 limit = plan.largest_sine[axis];
+                 limit = plan.hologram.largest_sine[axis];
     if (std::abs(rise) * half < 1e-12)
       return std::abs(first) <= limit ? std::pair(-half, half) : std::pair(half, -half);
     const double a = -half + (-limit - first) / rise, b = -half + (limit - first) / rise;
     return {std::max(-half, std::min(a, b)), std::min(half, std::max(a, b))};
   }
-  const double sine = std::min(plan.largest_sine[axis], 0.999),
+  const double sine = std::min(plan.hologram.largest_sine[axis], 0.999),
                reach = std::abs(z_m) * sine / std::sqrt(1 - sine * sine);
   return {std::max(-half, x_m - reach), std::min(half, x_m + reach)};
 }
@@ -57,12 +57,12 @@ std::pair<double, double> part_seen(const Plan& plan, int axis, double x_m, doub
 
 double share_within_pixels(const Plan& plan, int axis, double x_m, double z_m) {
   const auto [low, high] = within_pixels(plan, axis, x_m, z_m);
-  return std::max(0.0, high - low) / (plan.size[axis] * plan.pitch_m[axis]);
+  return std::max(0.0, high - low) / (plan.hologram.size[axis] * plan.hologram.pitch_m[axis]);
 }
 
 double share_seen(const Plan& plan, int axis, double x_m, double z_m) {
   const auto [low, high] = part_seen(plan, axis, x_m, z_m);
-  return std::max(0.0, high - low) / (plan.size[axis] * plan.pitch_m[axis]);
+  return std::max(0.0, high - low) / (plan.hologram.size[axis] * plan.hologram.pitch_m[axis]);
 }
 
 }  // namespace raywave

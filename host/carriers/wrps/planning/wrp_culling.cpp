@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/wrp_culling.hpp"
+#include "host/carriers/wrps/planning/wrp_culling.hpp"
 
 #include <algorithm>
 #include <array>
@@ -62,10 +62,10 @@ glm::dvec2 reach_of_light(const Plan& plan, const DepthLayer& layer, double z_m)
   // A chief ray is that to the hologram's centre, so even a narrow cone counts as the whole window.
   glm::dvec2 reach;
   for (int axis = 0; axis < 2; ++axis) {
-    const double window_m = plan.tile_window_m()[axis], cone = plan.tile_cone[axis];
+    const double window_m = plan.tile_window_m()[axis], cone = plan.tiling.cone[axis];
     reach[axis] = window_m / 2 +
                   half_width_of(std::max(cone, 1.0), window_m, layer.distance_m, z_m) +
-                  plane_wave_tail * spot_of(plan.wavelength_m, z_m, cone, window_m);
+                  plane_wave_tail * spot_of(plan.hologram.wavelength_m, z_m, cone, window_m);
   }
   return reach;
 }

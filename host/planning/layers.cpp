@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/layers.hpp"
+#include "host/planning/layers.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -31,7 +31,9 @@ bool is_dark(const World& world, const Plan& plan, std::size_t object) {
   const auto shines = [&](std::int32_t of_its_mesh) {
     const auto number = plan.lighting.material_of(object, of_its_mesh);
     const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
-    return m.reflectivity.at(plan.wavelength_m) + m.transparency.at(plan.wavelength_m) < 1;
+    return m.reflectivity.at(plan.hologram.wavelength_m) +
+               m.transparency.at(plan.hologram.wavelength_m) <
+           1;
   };
   if (world.triangle_material.empty()) return !shines(-1);
   for (std::size_t i = 0; i < world.triangles.size(); ++i) {
@@ -52,9 +54,10 @@ std::vector<double> middles_of_light(const World& world, const Plan& plan, int l
     all_dark = all_dark && dark.back();
   }
   std::vector<DepthWeight> images;
-  for (const auto& image : plan.images.all) {
-    if (plan.images.holds(image))
-      images.push_back({image.at_m.z, 2 * plan.images.step * plan.images.step * image.at_m.z});
+  for (const auto& image : plan.specular.images.all) {
+    if (plan.specular.images.holds(image))
+      images.push_back(
+          {image.at_m.z, 2 * plan.specular.images.step * plan.specular.images.step * image.at_m.z});
   }
   if (all_dark && images.empty()) dark.clear();
   return middles_of_surfaces(world, layers, dark, images);
@@ -66,7 +69,7 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
   // Rays of fans pass from layer to layer, so they allow one distance only.
   const auto& given = scene.wrp.distances_m;
   if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
-      !plan.aimed && layers > 1) {
+      !plan.samples.aimed && layers > 1) {
     throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
                      ": rays of fans pass from layer to layer, which needs all "
                      "WRPs at one distance; give wrp.layers 1" +
@@ -76,19 +79,19 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
   // Distances that the scene gives are taken. Rays of a fan go forwards and need surfaces behind
   // the WRPs; aimed rays meet samples on either side.
   if (!given.empty()) {
-    if (!plan.aimed && given[0] >= plan.far_m) {
+    if (!plan.samples.aimed && given[0] >= plan.extent.far_m) {
       throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(given[0]) +
                        " puts the WRPs behind the whole scene, which ends at " +
-                       millimetres(plan.far_m) + "; give less, or \"auto\"");
+                       millimetres(plan.extent.far_m) + "; give less, or \"auto\"");
     }
     return given;
   }
 
   // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
   // gather fans stand so far in front that a pixel's cone spans a few samples.
-  if (plan.aimed && (plan.near_m > 0 || plan.far_m < 0))
+  if (plan.samples.aimed && (plan.extent.near_m > 0 || plan.extent.far_m < 0))
     return middles_of_light(world, plan, scene.wrp.layers);
-  if (plan.aimed) {
+  if (plan.samples.aimed) {
     // As many layers on each side of the hologram
     std::vector<bool> before;
     for (std::size_t i = 0; i < world.object_closed.size(); ++i)
@@ -97,19 +100,20 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
     beyond.flip();
     auto distances = middles_of_surfaces(world, scene.wrp.layers, beyond);
     std::erase_if(distances, [](double distance_m) { return distance_m >= 0; });
-    if (distances.empty()) distances.push_back(plan.near_m);
+    if (distances.empty()) distances.push_back(plan.extent.near_m);
     const auto others = middles_of_surfaces(world, scene.wrp.layers, before);
     const auto first = distances.size();
     std::copy_if(others.begin(), others.end(), std::back_inserter(distances),
                  [](double distance_m) { return distance_m > 0; });
-    if (distances.size() == first) distances.push_back(plan.far_m);
+    if (distances.size() == first) distances.push_back(plan.extent.far_m);
     return distances;
   }
   const auto window = plan.window_m();
-  const double cone = std::max(window.x, window.y) / plan.near_m;
-  const double across = std::max(samples_across_nearest * scene.sampling.pitch_m,
-                                 pixels_across_nearest * std::max(plan.pitch_m.x, plan.pitch_m.y));
-  return {plan.near_m - std::min(across / cone, plan.near_m / 2)};
+  const double cone = std::max(window.x, window.y) / plan.extent.near_m;
+  const double across =
+      std::max(samples_across_nearest * scene.sampling.pitch_m,
+               pixels_across_nearest * std::max(plan.hologram.pitch_m.x, plan.hologram.pitch_m.y));
+  return {plan.extent.near_m - std::min(across / cone, plan.extent.near_m / 2)};
 }
 
 std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,

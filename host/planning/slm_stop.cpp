@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/slm_stop.hpp"
+#include "host/planning/slm_stop.hpp"
 
 #include <cmath>
 
@@ -10,7 +10,7 @@
 namespace raywave {
 
 double cycles_per_sine(const Plan& plan, int axis) {
-  return plan.pitch_m[axis] / plan.wavelength_m;
+  return plan.hologram.pitch_m[axis] / plan.hologram.wavelength_m;
 }
 
 double frequency_at(const Plan& plan, int axis, double from_m, double z_m, double to_m) {
@@ -20,12 +20,12 @@ double frequency_at(const Plan& plan, int axis, double from_m, double z_m, doubl
 }
 
 void require_light_through_stop(const Plan& plan, const World& world) {
-  if (!plan.slm.stop || plan.bounces > 0) return;  // mirrors show what is not in the box
+  if (!plan.slm.stop || plan.specular.bounces > 0) return;  // mirrors show what is not in the box
   const auto half_m = plan.window_m() / 2.0;
   for (int axis = 0; axis < 2; ++axis) {
     Interval cycles;
     for (const double from_m : {world.min_m[axis], world.max_m[axis]})
-      for (const double z_m : {plan.near_m, plan.far_m})
+      for (const double z_m : {plan.extent.near_m, plan.extent.far_m})
         for (const double to_m : {-half_m[axis], half_m[axis]})
           cycles.add(frequency_at(plan, axis, from_m, z_m, to_m));
     cycles = {std::max(cycles.low, -band_edge), std::min(cycles.high, band_edge)};

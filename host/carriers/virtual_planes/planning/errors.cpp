@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/compact_errors.hpp"
+#include "host/carriers/virtual_planes/planning/errors.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -10,7 +10,7 @@
 #include <set>
 #include <vector>
 
-#include "host/plan/compact.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "kernels/gather/compact_layout.h"
 
 namespace raywave {
@@ -75,12 +75,12 @@ double rms_over_depths(const Plan& plan, const F& squared_error) {
   for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
       const double half_m = plan.tile_window_m()[axis] / 2,
-                   guard = 1.0 * plan.compact.value().size[axis] / plan.tile_size[axis];
+                   guard = 1.0 * plan.virtual_planes()->size[axis] / plan.tiling.tile_size[axis];
       for (int i = 0; i < depths; ++i) {
         const double z_m = glm::mix(layer.min_m.z, layer.max_m.z, i / (depths - 1.0)),
                      z0_m = layer.distance_m;
-        const double fresnel =
-            half_m * half_m * std::abs(z_m - z0_m) / (plan.wavelength_m * std::abs(z_m * z0_m));
+        const double fresnel = half_m * half_m * std::abs(z_m - z0_m) /
+                               (plan.hologram.wavelength_m * std::abs(z_m * z0_m));
         sum += squared_error(axis, (i + 0.5) / depths, guard, fresnel) / depths;
       }
     }
@@ -89,7 +89,7 @@ double rms_over_depths(const Plan& plan, const F& squared_error) {
 }
 
 /// Share of a line of light that is cut off a footprint.
-double share_cut_off(const CompactPlane& plane, double guard, double fresnel) {
+double share_cut_off(const VirtualPlanes& plane, double guard, double fresnel) {
   return std::max(0.0, 1 - (COMPACT_WIDEST - 2 * plane.margin_px) / (4 * guard * fresnel));
 }
 
@@ -121,14 +121,14 @@ private:
 }  // namespace
 
 int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
-  const double tolerance = plan.compact.value().lines_tolerance;
+  const double tolerance = plan.virtual_planes()->lines_tolerance;
   const auto half_m = plan.tile_window_m() / 2.0;
   const auto r = [&](double u, double v) { return std::hypot(u - at_m.x, v - at_m.y, at_m.z); };
   const auto c = [&](double u, double v) { return std::hypot(u, v, z0_m); };
   double odd = 0, even = 0;  // radians
   for (const double u : {-half_m.x, half_m.x}) {
     const auto coupled = [&](double v) {
-      return tau / plan.wavelength_m * (r(u, v) - r(0, v) - c(u, v) + c(0, v));
+      return tau / plan.hologram.wavelength_m * (r(u, v) - r(0, v) - c(u, v) + c(0, v));
     };
     const double up = coupled(half_m.y), down = coupled(-half_m.y);
     odd = std::max(odd, std::abs(up - down) / 2);
@@ -142,7 +142,7 @@ int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
 }
 
 double predicted_window_error(const Plan& plan) {
-  const auto& plane = plan.compact.value();
+  const auto& plane = *plan.virtual_planes();
   constexpr double longest = 30;  // Fresnel number; longer footprints are no harder
   return rms_over_depths(plan, [&](int axis, double offset, double guard, double fresnel) {
     return squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
@@ -153,7 +153,7 @@ double predicted_window_error(const Plan& plan) {
 
 double predicted_cut_error(const Plan& plan) {
   return rms_over_depths(plan, [&](int, double, double guard, double fresnel) {
-    return share_cut_off(plan.compact.value(), guard, fresnel);
+    return share_cut_off(*plan.virtual_planes(), guard, fresnel);
   });
 }
 
@@ -167,7 +167,7 @@ double sharpest_highlight(const Plan& plan) {
     if (is_lit && has_highlights(material, plan.channels()))
       exponent = std::max(exponent, sharpest_shininess(material));
   }
-  const double angle = plan.tile_window_m().y / 2 / plan.closest_m;
+  const double angle = plan.tile_window_m().y / 2 / plan.extent.closest_m;
   return exponent / 4 * angle * angle;
 }
 
@@ -195,16 +195,16 @@ double predicted_highlights_error(const Plan& plan, int lines) {
 double predicted_lines_error(const Plan& plan, int lines) {
   constexpr int samples = 24, places = 12;
   const auto half_m = plan.tile_window_m() / 2.0;
-  const double wave_number = tau / plan.wavelength_m;
+  const double wave_number = tau / plan.hologram.wavelength_m;
   const auto place = [](int i) { return (i + 0.5) * 2 / places - 1; };
   std::vector<ScanLines> of_count;
   for (int count = 1; count <= lines; ++count)
     of_count.emplace_back(count, half_m.y, places, place);
   double sum = 0;
   const glm::dvec2 first(plan.lattice.first), size(plan.lattice.size);
-  const std::set<std::size_t> tiles{0, plan.tiles.size() / 2, plan.tiles.size() - 1};
+  const std::set<std::size_t> tiles{0, plan.tiling.tiles.size() / 2, plan.tiling.tiles.size() - 1};
   for (const auto number : tiles) {
-    const auto& tile = plan.tiles[number];
+    const auto& tile = plan.tiling.tiles[number];
     for (const auto& layer : plan.layers) {
       const double z0_m = layer.distance_m;
       for (int i = 1; i <= samples; ++i) {

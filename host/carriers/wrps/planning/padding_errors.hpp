@@ -12,18 +12,11 @@ namespace raywave {
 /// through the box of its layer's surfaces, cut by cone, apodization and WRP as the gathering does,
 /// and propagated with each padding and with a wide one. Takes milliseconds.
 ///
-/// padded    samples of the padded planes; {plan.padded} for the plan's own
+/// padded    samples of the padded planes; {SpectrumWrps::padded} for the plan's own
 /// returns   an error for each
 /// accuracy  within a factor of 1.6 of what the scene itself shows, measured from 0.003 to 0.9
 ///           (tests/forecast/propagation_errors.cpp); the scene is taken to fill its box
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded);
-
-/// The same of the plan's own padding; 0 where nothing is padded.
-double padding_error_of(const Plan& plan);
-
-/// Relative L2 error of the field by what the cone leaves out of each sample's wave
-/// (host/plan/cone.hpp); 0 for fans and where every pixel receives every sample.
-double cone_error_of(const Plan& plan);
 
 }  // namespace raywave

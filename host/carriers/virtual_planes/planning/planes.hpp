@@ -8,7 +8,6 @@
 
 #include <glm/vec2.hpp>
 #include <string>
-#include <vector>
 
 #include "host/plan/plan.hpp"
 
@@ -29,33 +28,30 @@ Bell bell_of(const Plan& plan, int axis);
 glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
 
 /// The virtual planes of a plan whose tiles are set, with what the scene asks for.
-CompactPlane compact_plane(const Plan& plan, const WrpSpec& wanted);
+VirtualPlanes virtual_planes_of(const Plan& plan, const WrpSpec& wanted);
 
 /// Why the light of a scene cannot travel by virtual planes, in a line; empty: it can.
-std::string why_not_compact(const Scene& scene);
+std::string why_not_virtual_planes(const Scene& scene);
 
 /// The key of the scene that asks for WRPs, since it means nothing to virtual planes, and its value
 /// is not the default; empty: none does.
 std::string key_of_wrps(const Scene& scene);
 
 /// The largest predicted error of the field, relative, at which "auto" takes virtual planes.
-inline constexpr double most_compact_error = 0.05;
+inline constexpr double most_virtual_plane_error = 0.05;
 
 /// True when tiles of so many pixels are wider than what one of their pixels lights at the distance
 /// of a layer, wavelength z / pitch.
 bool is_wider_than_light(const Plan& plan, glm::ivec2 tile_size);
 
 /// Where virtual planes fall short of what "auto" asks for.
-enum class CompactShortfall { none, depth, width };
+enum class Shortfall { none, depth, width };
 
 /// depth  footprints are too long for the plane: more layers help
 /// width  the hologram is too wide for few scan lines, or for the light of its pixels: tiles help
-CompactShortfall shortfall_of(const Plan& plan);
-
-/// Lines for the user where virtual planes that were asked for leave much wrong.
-std::vector<std::string> compact_warnings(const Plan& plan);
+Shortfall shortfall_of(const Plan& plan);
 
 /// Places one virtual plane for each tile and layer of depth, in place of WRPs.
-void place_compact(Plan& plan);
+void place_virtual_planes(Plan& plan);
 
 }  // namespace raywave

@@ -20,7 +20,7 @@ double predicted_window_error(const Plan& plan);
 /// The part of it that comes from cutting long footprints off, in no time.
 double predicted_cut_error(const Plan& plan);
 
-/// Error of so many scan lines, or fewer for samples within CompactPlane::lines_tolerance: what
+/// Error of so many scan lines, or fewer for samples within VirtualPlanes::lines_tolerance: what
 /// interpolation between them leaves of the phases of samples spread through each layer's box.
 double predicted_lines_error(const Plan& plan, int lines);
 
@@ -32,7 +32,7 @@ double predicted_highlights_error(const Plan& plan, int lines);
 
 /// Scan lines of a sample that nothing hides, as kernels/gather/compact.cl counts them.
 ///
-/// most  CompactPlane::most_lines
+/// most  VirtualPlanes::most_lines
 /// at_m  of the sample, from the tile's middle, y downwards
 int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m);
 

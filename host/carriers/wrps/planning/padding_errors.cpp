@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/forecast/propagation_errors.hpp"
+#include "host/carriers/wrps/planning/padding_errors.hpp"
 
 #include <algorithm>
 #include <array>
@@ -46,12 +46,12 @@ public:
         layer_(layer),
         axis_(axis),
         padded_(std::move(padded)),
-        n_(plan.tile_size[axis]),
-        pitch_m_(plan.pitch_m[axis]),
+        n_(plan.tiling.tile_size[axis]),
+        pitch_m_(plan.hologram.pitch_m[axis]),
         half_m_(n_ * pitch_m_ / 2),
-        largest_sine_(plan.largest_sine[axis]),
-        fan_(plan.tile_cone[axis]),
-        edge_(plan.tile_apodization[axis]),
+        largest_sine_(plan.hologram.largest_sine[axis]),
+        fan_(plan.tiling.cone[axis]),
+        edge_(plan.tiling.apodization[axis]),
         low_m_(layer.min_m[axis] - tile_m),
         high_m_(layer.max_m[axis] - tile_m),
         fft_(next_fast_size(static_cast<std::size_t>(
@@ -93,7 +93,8 @@ private:
   /// The other component of the wave's direction, over the wavelength; 0 of waves that do not
   /// travel.
   double along_axis(double u) const {
-    return std::sqrt(std::max(1 / (plan_.wavelength_m * plan_.wavelength_m) - u * u, 0.0));
+    return std::sqrt(
+        std::max(1 / (plan_.hologram.wavelength_m * plan_.hologram.wavelength_m) - u * u, 0.0));
   }
 
   /// Spectrum at the hologram of a line of light at centre_m.
@@ -142,7 +143,7 @@ private:
 
   /// How much of the light that lands at x on the tile a pixel at `pixel_m` gathers.
   double cone(double x_m, double pixel_m, double centre_m) const {
-    if (!plan_.aimed) return std::abs(x_m - (pixel_m - centre_m)) <= half_m_;
+    if (!plan_.samples.aimed) return std::abs(x_m - (pixel_m - centre_m)) <= half_m_;
     return Cone{fan_, edge_}.passed(x_m / half_m_);
   }
 
@@ -151,17 +152,17 @@ private:
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
     std::mt19937 random(1);
     std::uniform_real_distribution<double> uniform(0, 1);
-    const double k = 2 * pi / plan_.wavelength_m;
+    const double k = 2 * pi / plan_.hologram.wavelength_m;
     for (int i = 0; i < samples_of_a_line; ++i) {
       const double z_m = layer_.min_m.z + (layer_.max_m.z - layer_.min_m.z) * uniform(random),
                    depth_m = z_m - layer_.distance_m;
       const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
       const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
       const auto footprint = footprint_of(plan_, axis_, layer_.distance_m, z_m);
-      const bool is_near = plan_.aimed && footprint.is_near();
+      const bool is_near = plan_.samples.aimed && footprint.is_near();
       const double reach_m = footprint.reach_m(), middle_m = x_m * layer_.distance_m / z_m;
       int first = 0, last = count - 1;
-      if (plan_.aimed) {
+      if (plan_.samples.aimed) {
         const auto place = [&](double at_m) {
           return std::clamp((at_m - centre_m) / pitch_m + (count - 1) / 2.0, -1.0, 1.0 * count);
         };
@@ -181,8 +182,8 @@ private:
         if (amount == 0 || std::abs(across_m) > largest_sine_ * length_m) continue;
         const double way_m = std::copysign(length_m - std::abs(depth_m), depth_m);
         light[p] += std::complex<float>(
-            phasor *
-            std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.wavelength_m), k * way_m));
+            phasor * std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.hologram.wavelength_m),
+                                k * way_m));
       }
     }
   }
@@ -202,7 +203,7 @@ private:
       const double tangent = (at_m - point.x_m) / point.z_m,
                    cosine = 1 / std::sqrt(1 + tangent * tangent), sine = tangent * cosine;
       const double way_m = sine * offset_m - point.depth_m * (1 - cosine),
-                   k = 2 * pi / plan_.wavelength_m;
+                   k = 2 * pi / plan_.hologram.wavelength_m;
       const double amount =
           std::abs(sine) <= largest_sine_ ? cone(at_m, 0, 0) / waves_of_a_sample : 0;
       re[i] = amount * std::cos(k * way_m);
@@ -257,7 +258,7 @@ std::map<double, std::vector<double>> lines_along(const Plan& plan, const DepthL
 /// How much of the samples a layer has: the more, the more of the hologram's view its box fills.
 double share_of(const Plan& plan, const DepthLayer& layer) {
   const auto side = [&](const DepthLayer& s) {
-    return glm::max(glm::dvec2(s.max_m - s.min_m), plan.pitch_m) / s.min_m.z;
+    return glm::max(glm::dvec2(s.max_m - s.min_m), plan.hologram.pitch_m) / s.min_m.z;
   };
   double all = 0;
   for (const auto& each : plan.layers) all += side(each).x * side(each).y;
@@ -285,15 +286,6 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
   }
   for (auto& error : errors) error = std::sqrt(error);
   return errors;
-}
-
-double padding_error_of(const Plan& plan) {
-  if (plan.compact || plan.is_at_hologram()) return 0;
-  return predicted_padding_errors(plan, {plan.padded})[0];
-}
-
-double cone_error_of(const Plan& plan) {
-  return plan.aimed && !plan.is_at_hologram() ? plan.cone().field_error() : 0;
 }
 
 }  // namespace raywave

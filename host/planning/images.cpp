@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/images.hpp"
+#include "host/planning/images.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -48,7 +48,7 @@ public:
         tree_(world.ray_tree ? world.ray_tree
                              : std::make_shared<const RayTree>(ray_tree_of(world))),
         bias_m_(ray_bias_m(world, plan)) {
-    reach_m_ = 2 * (plan.far_m + glm::length(world.max_m - world.min_m));
+    reach_m_ = 2 * (plan.extent.far_m + glm::length(world.max_m - world.min_m));
   }
 
   /// Adds what a ray with these tangents leads to.
@@ -67,7 +67,8 @@ public:
 private:
   double specular_of(const RayHit& hit) const {
     const auto& m = material_of(hit);
-    return m.reflectivity.at(plan_.wavelength_m) + m.transparency.at(plan_.wavelength_m);
+    return m.reflectivity.at(plan_.hologram.wavelength_m) +
+           m.transparency.at(plan_.hologram.wavelength_m);
   }
 
   const Material& material_of(const RayHit& hit) const {
@@ -91,8 +92,8 @@ private:
     const bool entering =
         (glm::dot(hit.face, ray.direction) > 0) != (glm::dot(hit.face, hit.normal) > 0);
     const auto normal = entering ? hit.normal : -hit.normal;
-    const double slope = glm::dot(ray.direction, normal), ior = m.ior.at(plan_.wavelength_m),
-                 ratio = entering ? 1 / ior : ior,
+    const double slope = glm::dot(ray.direction, normal),
+                 ior = m.ior.at(plan_.hologram.wavelength_m), ratio = entering ? 1 / ior : ior,
                  squared = 1 - ratio * ratio * (1 - slope * slope);
     double reflected = 1;
     if (squared > 0) {
@@ -101,7 +102,7 @@ private:
                    p = (cosine - ratio * beyond) / (cosine + ratio * beyond);
       reflected = (s * s + p * p) / 2;
     }
-    const double clear = m.transparency.at(plan_.wavelength_m);
+    const double clear = m.transparency.at(plan_.hologram.wavelength_m);
     PathRay next = ray;
     next.origin += hit.t * ray.direction;
     if (refracts) {
@@ -110,7 +111,7 @@ private:
       next.share *= clear * (1 - reflected);
     } else {
       next.direction -= 2 * slope * normal;
-      next.share *= m.reflectivity.at(plan_.wavelength_m) + clear * reflected;
+      next.share *= m.reflectivity.at(plan_.hologram.wavelength_m) + clear * reflected;
     }
     next.from = bias_m_ / std::max(std::abs(glm::dot(next.direction, normal)), 0x1p-6);
     return next;
@@ -132,7 +133,7 @@ private:
       else
         images.beyond += share;
     }
-    if (!(specular > 0) || static_cast<int>(turns_.size()) >= plan_.bounces) return;
+    if (!(specular > 0) || static_cast<int>(turns_.size()) >= plan_.specular.bounces) return;
     for (const bool refracts : {false, true}) {
       const auto next = turned(ray, *hit, refracts);
       if (!next || next->share < least_share) continue;
@@ -169,7 +170,7 @@ private:
       return -glm::dvec2(glm::dot(miss, e1), glm::dot(miss, e2));
     };
     const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
-                 tangent_step = place_step / plan_.far_m;
+                 tangent_step = place_step / plan_.extent.far_m;
     glm::dmat2 by_place, by_tangents;
     // How far the ray misses the source when it is moved by a step, per step; at the rim of a
     // mirror by one to the other side
@@ -269,12 +270,12 @@ Raster raster_between(glm::dvec2 low, glm::dvec2 high, int along) {
 Images images_of(const World& world, const Plan& plan) {
   Images images;
   if (!plan.has_specular_samples()) return images;
-  images.near_m = plan.near_m;
-  images.far_m = plan.far_m;
-  const auto largest =
-      plan.largest_sine /
-      glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.largest_sine * plan.largest_sine));
-  const auto reach = largest + plan.window_m() / (2 * plan.near_m);
+  images.near_m = plan.extent.near_m;
+  images.far_m = plan.extent.far_m;
+  const auto largest = plan.hologram.largest_sine /
+                       glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.hologram.largest_sine *
+                                                                      plan.hologram.largest_sine));
+  const auto reach = largest + plan.window_m() / (2 * plan.extent.near_m);
   const auto raster_of = [&](bool all, int along) {
     const auto [low, high] = tangents_of_objects(world, plan, all);
     return raster_between(glm::clamp(low, -reach, reach), glm::clamp(high, -reach, reach), along);
@@ -305,7 +306,7 @@ Images images_of(const World& world, const Plan& plan) {
   const double most = share_beyond * light;
   double nearer = 0, farther = light - direct;
   for (const auto& [z_m, share] : by_depth) {
-    if (nearer <= most && nearer + share > most) images.near_m = std::min(plan.near_m, z_m);
+    if (nearer <= most && nearer + share > most) images.near_m = std::min(plan.extent.near_m, z_m);
     if (farther > most) images.far_m = std::max(images.far_m, z_m);
     nearer += share;
     farther -= share;

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/cautions.hpp"
+#include "host/planning/cautions.hpp"
 
 #include <algorithm>
 #include <array>
@@ -8,8 +8,9 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
-#include "host/plan/light_shown.hpp"
+#include "host/planning/light_shown.hpp"
 
 namespace raywave {
 namespace {
@@ -34,7 +35,7 @@ double share_beside_lattice(const World& world, const Plan& plan) {
 }  // namespace
 
 std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan) {
-  if (!plan.compact || !scene.wrp.grid) return {};
+  if (propagation_of(plan) != WrpPropagation::compact || !scene.wrp.grid) return {};
   const double beside = share_beside_lattice(world, plan);
   if (beside <= least_loss) return {};
   return {percent_text(beside) +
@@ -44,7 +45,7 @@ std::vector<std::string> cut_warnings(const Scene& scene, const World& world, co
 
 std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
                                               const Plan& plan) {
-  if (!plan.aimed || world.area_samples.size() != scene.objects.size()) return {};
+  if (!plan.samples.aimed || world.area_samples.size() != scene.objects.size()) return {};
   const auto two_digits = [](double length_m) {
     const double unit = std::pow(10, std::floor(std::log10(length_m)) - 1);
     return length_text(std::round(length_m / unit) * unit);

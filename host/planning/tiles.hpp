@@ -12,9 +12,11 @@ namespace raywave {
 /// Why the hologram can only be computed in one piece; empty: it can be divided.
 std::string why_in_one_piece(const Plan& plan, Method method);
 
-/// Divides a plan's hologram into tiles: Plan::tile_grid, tile_size, tiles, padded, tile_cone and
-/// tile_apodization.
+/// Divides a plan's hologram into tiles: Plan::tiling, and the padded plane of WRPs.
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding);
+
+/// Pads the planes of WRPs; other planes have no padding.
+void set_padding(Plan& plan, double padding);
 
 /// Pixels of a tile's longer side at least: smaller tiles take more padding than they save.
 inline constexpr int least_tile = 256;

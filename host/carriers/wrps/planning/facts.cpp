@@ -1,0 +1,89 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/carriers/wrps/planning/facts.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <nlohmann/json.hpp>
+
+#include "host/carriers/wrps/planning/padding_errors.hpp"
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+std::uint64_t area(glm::ivec2 sides) {
+  return static_cast<std::uint64_t>(sides.x) * static_cast<std::uint64_t>(sides.y);
+}
+
+/// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
+/// most: those of the WRPs up to two padded planes, what comes back, and the sum of what is more.
+std::uint64_t host_transform_bytes(glm::ivec2 size, const Plan& plan) {
+  const auto padded = area(size), rows = area({plan.tiling.tile_size.x, size.y});
+  const auto waiting = rows * plan.most_wrps_of_a_tile();
+  return 8 * (std::min(waiting, 2 * padded) + rows + (waiting > 2 * padded ? padded : 0));
+}
+
+double operations_of(double samples) { return 5 * samples * std::log2(samples); }
+
+}  // namespace
+
+WrpPropagation setting_of(const SpectrumWrps&) { return WrpPropagation::spectrum; }
+
+std::string plane_name(const SpectrumWrps&) { return "WRP"; }
+
+glm::ivec2 transformed_size(const SpectrumWrps& wrps, const Plan&) { return wrps.padded; }
+
+/// The host transforms only the columns of the window and the rows of the band; devices transform
+/// whole planes.
+double transform_operations(const SpectrumWrps& wrps, const Plan& plan, FftBackend fft) {
+  const double nx = wrps.padded.x, ny = wrps.padded.y;
+  if (fft != FftBackend::host)
+    return (static_cast<double>(plan.wrps.size()) + 1) * operations_of(nx * ny);
+  const double columns = plan.tiling.tile_size.x * operations_of(ny);
+  Band back;
+  double operations = 0;
+  for (const auto& wrp : plan.wrps) {
+    const auto rows = rows_kept(wrps, plan, wrp);
+    operations += columns + rows.count() * operations_of(nx);
+    back = back.joined(rows);
+  }
+  return operations + back.count() * operations_of(nx) + columns;
+}
+
+double propagation_error_of(const SpectrumWrps& wrps, const Plan& plan) {
+  return predicted_padding_errors(plan, {wrps.padded})[0];
+}
+
+void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend fft,
+                          MemoryNeeds& needs) {
+  if (fft == FftBackend::host)
+    needs.host_bytes += host_transform_bytes(wrps.padded, plan);
+  else
+    for (const auto* name : {"padded plane", "sum of spectra"})
+      needs.device.push_back({name, 8 * area(wrps.padded), advice_for_planes});
+  if (fft == FftBackend::clfft)
+    needs.device.push_back(
+        {"work space of the transform", 8 * area(wrps.padded), advice_for_planes});
+}
+
+std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps& wrps,
+                                                             const Plan& plan) {
+  return {{"transform", std::to_string(wrps.padded.x) + " x " + std::to_string(wrps.padded.y) +
+                            " (padding " + number_text(wrps.padding) +
+                            "), propagation error predicted " +
+                            percent_text(propagation_error_of(wrps, plan))}};
+}
+
+nlohmann::ordered_json report_json(const SpectrumWrps&) { return {}; }
+
+std::vector<std::string> warnings_of(const SpectrumWrps&, const Plan&) { return {}; }
+
+Band rows_kept(const SpectrumWrps& wrps, const Plan& plan, const Wrp& wrp) {
+  const Axis axis{wrps.padded.y, plan.hologram.pitch_m.y, plan.tiling.tile_size.y};
+  return axis.sampled(
+      // Rows count downwards
+      band_m(plan.hologram.wavelength_m, wrp.centre_m.z,
+             wrp.centre_m.y - plan.tile_of(wrp).centre_m.y, axis.reach_m()));
+}
+
+}  // namespace raywave

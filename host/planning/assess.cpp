@@ -1,0 +1,240 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/planning/assess.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <utility>
+
+#include "host/carriers/planning/facts.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
+#include "host/carriers/virtual_planes/planning/scan_lines.hpp"
+#include "host/carriers/wrps/planning/fans.hpp"
+#include "host/carriers/wrps/planning/wrp_placement.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/plan/message_text.hpp"
+#include "host/plan/precision.hpp"
+#include "host/planning/images.hpp"
+#include "host/planning/placement.hpp"
+#include "host/planning/slm_stop.hpp"
+#include "host/planning/tiles.hpp"
+
+namespace raywave {
+namespace {
+
+/// Sine of the steepest light that pixels can show, per axis.
+glm::dvec2 largest_sine_of(double wavelength_m, const Plan& plan) {
+  return glm::min(glm::dvec2(1), wavelength_m / (2.0 * plan.hologram.pitch_m));
+}
+
+/// Tangent of the steepest ray to the optical axis that pixels can show, per axis.
+glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
+  glm::dvec2 tangent;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = std::min(largest_sine[axis], 0.999);
+    tangent[axis] = sine / std::sqrt(1 - sine * sine);
+  }
+  return tangent;
+}
+
+/// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
+Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_per_axis,
+                            bool is_near, Plan& plan) {
+  Placement placement{{}, all_tangents};
+  plan.layers = {{.distance_m = 0, .min_m = world.min_m, .max_m = world.max_m}};
+  for (std::size_t i = 0; i < plan.tiling.tiles.size(); ++i) {
+    if (!is_near)
+      placement.extents.add(
+          extents_of(world, seen_through(0, steepest, plan, plan.tiling.tiles[i])));
+    plan.wrps.push_back(plane_at_hologram(plan, i, steepest, rays_per_axis));
+  }
+  return placement;
+}
+
+/// Scenes on both sides of the hologram with surfaces nearer to it than this share of its longer
+/// side are sampled from before them, and gathered at the hologram.
+constexpr double near_hologram = 0.25;
+
+/// True for them: on one side alone, the lattice from the hologram's centre serves.
+bool meets_hologram(const World& world, const Plan& plan) {
+  if (plan.extent.near_m > 0 || plan.extent.far_m < 0) return false;
+  const auto window = plan.window_m();
+  return closest_m(world) < near_hologram * std::max(window.x, window.y);
+}
+
+/// Double phase brings haze into pictures that fill the band: the light of its checkerboard comes
+/// back there (docs/slm.md).
+constexpr double most_filled_by_double_phase = 0.6;
+
+/// Share of the SLM's band, mean of the axes, that light from all vertices to the hologram's middle
+/// needs.
+double share_of_band(const World& world, glm::dvec2 largest_sine) {
+  glm::dvec2 low(1), high(-1);
+  for (const auto& position_m : positions_now(world)) {
+    if (position_m.z == 0) continue;
+    const auto tangent = glm::dvec2(position_m) / position_m.z;
+    const auto sine = tangent / glm::sqrt(1.0 + tangent * tangent);
+    low = glm::min(low, sine);
+    high = glm::max(high, sine);
+  }
+  const auto filled = glm::clamp((high - low) / (2.0 * largest_sine), 0.0, 1.0);
+  return std::sqrt(filled.x * filled.y);
+}
+
+/// Says what does not know surfaces before the hologram.
+///
+/// throws  InputError naming it
+void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
+  if (plan.extent.near_m > 0) return;
+  const auto refuse = [&](const std::string& what) {
+    throw InputError(one_line(scene.file.string()) + ": the scene reaches to z = " +
+                     millimetres(plan.extent.near_m) + ", before the hologram: " + what);
+  };
+  if (!plan.samples.aimed)
+    refuse(method == Method::rays
+               ? "--method rays sends rays from the hologram to z > 0; give \"points\""
+               : "rays of a fan go to z > 0; give sampling.mode \"aimed\"");
+  if (plan.specular.bounces > 0)
+    refuse("mirrors and glass are followed at z > 0 only; give trace.depth 0, or move the scene");
+  if (scene.refine) refuse("[refine] knows pictures at z > 0 only; leave it out");
+  if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
+      (scene.wrp.distances_m.front() > 0 ||
+       (plan.extent.far_m > 0 && scene.wrp.distances_m.back() < 0)))
+    refuse(
+        "wrp.distance needs distances on each side of it that has surfaces, and those at z < 0 "
+        "are negative");
+}
+
+}  // namespace
+
+Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,
+            bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
+            std::optional<Images>& images) {
+  // The hologram, the depths of the scene, and the steepest light that pixels can show
+  Plan plan;
+  plan.hologram.size = scene.hologram.resolution;
+  plan.hologram.pitch_m = scene.hologram.pitch_m;
+  plan.hologram.wavelength_m = scene.hologram.wavelength_m;
+  plan.hologram.colour = scene.colour;
+  plan.slm = scene.slm;
+  plan.extent.near_m = world.min_m.z;
+  plan.extent.far_m = world.max_m.z;
+  // Predictions divide by it
+  const auto window = plan.window_m();
+  plan.extent.closest_m = std::max(closest_m(world), 1e-3 * std::max(window.x, window.y));
+  plan.extent.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
+                          (plan.extent.near_m + plan.extent.far_m) / 2};
+  plan.hologram.largest_sine = largest_sine_of(plan.hologram.wavelength_m, plan);
+  // Pixels turn the light that falls onto them by so much
+  const auto& illumination = scene.slm.illumination;
+  const auto steepest =
+      steepest_tangent(plan.hologram.largest_sine + glm::abs(illumination.sine) +
+                       glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
+
+  const bool is_near = method == Method::points && meets_hologram(world, plan);
+
+  // The encoding. Near the hologram, the field's amplitude is the picture
+  plan.hologram.band_filled = moved_from ? moved_from->hologram.band_filled
+                                         : share_of_band(world, plan.hologram.largest_sine);
+  if (plan.slm.encoding == Encoding::automatic) {
+    // Lasers of one scene have one encoding: that of the narrowest band, wherever objects move
+    const double fullest =
+        scene.colour ? share_of_band(world, largest_sine_of(scene.colour->shortest_m(), plan))
+                     : plan.hologram.band_filled;
+    plan.slm.encoding = fullest > most_filled_by_double_phase && !is_near ? Encoding::phase
+                                                                          : Encoding::double_phase;
+    if (moved_from && scene.colour && !is_near) plan.slm.encoding = moved_from->slm.encoding;
+  }
+  if (scene.refine) {
+    if (shows_amplitude(plan.slm.encoding))
+      throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
+                       name_of(plan.slm.encoding) +
+                       "\": refinement changes phases; give an SLM that shows them, "
+                       "slm.encoding \"phase\"");
+    plan.slm.encoding = Encoding::phase;
+    plan.refine = scene.refine;
+    if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
+  }
+
+  // What later stages need to know of the scene
+  plan.scene_name = scene.file.string();
+  plan.lighting = lighting_of(scene, world);
+  plan.hologram.frames = scene.sampling.frames;
+  plan.hologram.seed = scene.sampling.seed;
+  plan.samples.pitch_m = scene.sampling.pitch_m;
+  plan.most_layers = scene.wrp.layers;
+
+  // What the SLM cannot do
+  carrier_of(plan.slm, plan.hologram.pitch_m, plan.hologram.wavelength_m);
+  require_fit(plan.slm.flatness, plan.hologram.size);
+
+  // How light is gathered
+  plan.samples.aimed = method == Method::points ||
+                       (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
+  const bool has_bounces =
+      plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
+  plan.specular.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
+  if (scene.trace.bounces != Bounces::automatic) plan.specular.as = scene.trace.bounces;
+  require_known_sides(scene, plan, method);
+  if (!images) images = images_of(world, plan);
+  plan.specular.images = *images;
+  require_light_through_stop(plan, world);
+  plan.samples.antialias = scene.sampling.antialias;
+  plan.samples.visibility_parts = scene.sampling.visibility;
+  // Virtual planes hold all light of the hologram, and need no cone
+  const bool is_compact = method == Method::wrp && scene.wrp.propagation == WrpPropagation::compact;
+  plan.cone.half_width = is_compact ? 1 : scene.sampling.cone;
+  plan.cone.apodization = is_compact ? 0 : scene.sampling.apodization;
+
+  // Tiles: windows of the hologram that are computed one after another
+  const auto tiles =
+      moved_from ? moved_from->tiling.grid : scene.hologram.tiles.value_or(glm::ivec2(1));
+  if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
+                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
+  }
+  if (method != Method::wrp) plan.carrier = AtHologram{};
+  divide(plan, tiles, scene.wrp.padding);
+
+  if (is_compact) {
+    if (const auto why = why_not_virtual_planes(scene); !why.empty())
+      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
+                       "; give \"spectrum\"");
+    plan.carrier = virtual_planes_of(plan, scene.wrp);
+  } else if (method == Method::wrp && !illumination.is_plane()) {
+    throw InputError(one_line(scene.file.string()) +
+                     ": [illumination]: WRPs hold light about the axis alone; give "
+                     "wrp.propagation \"compact\", or --method points");
+  }
+
+  // Layers and the planes in them
+  const auto placement = method == Method::wrp
+                             ? place_layers(scene, world, steepest, plan)
+                             : place_at_hologram(world, steepest, rays_per_axis, is_near, plan);
+  if (is_compact)
+    place_virtual_planes(plan);
+  else if (method == Method::wrp)
+    place_wrps(scene, world, placement, plan);
+
+  // The lattice of rays that finds the surface samples
+  plan.lattice = is_near ? lattice_from_eye(scene, world, plan, steepest)
+                         : lattice_over(scene, placement.extents, plan, steepest, placement.lit);
+  if (samples) plan.lattice = *samples;
+  plan.beyond_diffraction = placement.extents.beyond_m[0] > 0 ||
+                            placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
+                            is_near;
+
+  if (is_compact)
+    choose_lines(plan, scene.wrp.lines.has_value(),
+                 moved_from ? moved_from->virtual_planes() : nullptr);
+
+  // The precision that keeps the phase error
+  plan.precision = choose_precision(scene.accuracy, phase_errors_of(plan), has_doubles);
+  if (method == Method::wrp && moved_from) plan.tiling.why = moved_from->tiling.why;
+  return plan;
+}
+
+}  // namespace raywave

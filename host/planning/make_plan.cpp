@@ -1,0 +1,292 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/planning/make_plan.hpp"
+
+#include <algorithm>
+#include <utility>
+
+#include "host/carriers/planning/facts.hpp"
+#include "host/carriers/virtual_planes/planning/planes.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/planning/assess.hpp"
+#include "host/planning/memory_needs.hpp"
+#include "host/planning/tiles.hpp"
+
+namespace raywave {
+namespace {
+
+/// Layers and tiles that "auto" tries, where the scene leaves them open.
+constexpr int most_layers_tried = 8, most_tiles_tried = 4;
+
+/// The next division where virtual planes do not serve, without those whose tiles are still wider
+/// than the light of their pixels; the same where there is none.
+glm::ivec2 tiles_to_try(const Plan& plan) {
+  auto tiles = plan.tiling.grid, finer = with_more_tiles(plan.hologram.size, tiles);
+  while (finer != tiles && std::max(finer.x, finer.y) <= most_tiles_tried) {
+    tiles = std::exchange(finer, with_more_tiles(plan.hologram.size, finer));
+    if (!is_wider_than_light(plan, tile_size_of(plan.hologram.size, tiles))) return tiles;
+  }
+  return plan.tiling.grid;
+}
+
+/// Why a plan has virtual planes, and what it took.
+std::string why_virtual_planes(const Plan& plan) {
+  return "its error of " + percent_text(plan.virtual_planes()->error()) + " is within " +
+         percent_text(most_virtual_plane_error);
+}
+
+/// Why it has none.
+std::string why_no_virtual_planes(const Plan& plan) {
+  const auto& plane = *plan.virtual_planes();
+  return plane.error() > most_virtual_plane_error
+             ? "virtual planes would bring an error of " + percent_text(plane.error())
+             : "the hologram is wider than the light of its pixels at the scene's distance";
+}
+
+/// The next division whose tiles fit into one buffer, or as far as it goes; the same where there is
+/// none.
+glm::ivec2 tiles_for_memory(const Plan& plan, std::uint64_t largest_buffer_bytes) {
+  auto tiles = plan.tiling.grid, finer = with_more_tiles(plan.hologram.size, tiles);
+  while (finer != tiles) {
+    tiles = std::exchange(finer, with_more_tiles(plan.hologram.size, finer));
+    // However light is gathered, a tile's field lies in one buffer
+    const auto size = tile_size_of(plan.hologram.size, tiles);
+    if (8 * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) <=
+        largest_buffer_bytes)
+      break;
+  }
+  return tiles;
+}
+
+/// What the search varies; the rest is as the scene says.
+struct Choice {
+  Method method = Method::wrp;  // points where surfaces are near the hologram
+  WrpPropagation propagation = WrpPropagation::automatic;
+  int layers = 1;
+  std::optional<glm::ivec2> tiles;  // empty: one piece
+  bool goes_on = false;             // with what Search::moved_from_ found
+  std::string why_carrier, why_tiles;
+};
+
+/// The one place that decides how light travels, and in how many layers and tiles: choices are
+/// assessed one after another until one serves.
+class Search {
+public:
+  Search(const Scene& scene, const World& world, const MemoryUse& use, const MemoryLimits& limits,
+         int rays_per_axis, bool has_doubles, const Plan* moved_from)
+      : scene_(scene),
+        world_(world),
+        use_(use),
+        limits_(limits),
+        rays_per_axis_(rays_per_axis),
+        has_doubles_(has_doubles),
+        moved_from_(moved_from),
+        leaves_layers_(scene.wrp.distances_m.empty() && !scene.given.contains("wrp.layers")) {
+    share_lattice(scene.hologram.tiles);
+  }
+
+  Plan run() {
+    auto choice = first(scene_.hologram.tiles);
+    for (;;) {
+      auto plan = assessed(choice);
+      auto next = after(choice, plan);
+      if (!next) return plan;
+      choice = std::move(*next);
+    }
+  }
+
+private:
+  /// Lasers share the lattice of the longest wavelength, whose light spreads farthest.
+  void share_lattice(std::optional<glm::ivec2> tiles) {
+    if (!scene_.colour || scene_.hologram.wavelength_m == scene_.colour->longest_m()) return;
+    auto widest = scene_;
+    widest.hologram.wavelength_m = scene_.colour->longest_m();
+    widest.hologram.tiles = tiles;
+    samples_ =
+        make_plan(widest, world_, use_.method, rays_per_axis_, has_doubles_, moved_from_).lattice;
+  }
+
+  Plan assessed(const Choice& choice) {
+    auto scene = scene_;
+    scene.wrp.propagation = choice.propagation;
+    scene.wrp.layers = choice.layers;
+    scene.hologram.tiles = choice.tiles;
+    auto plan = assess(scene, world_, choice.method, rays_per_axis_, has_doubles_,
+                       choice.goes_on ? moved_from_ : nullptr, samples_, images_);
+    plan.why_carrier = choice.why_carrier;
+    if (!choice.why_tiles.empty()) plan.tiling.why = choice.why_tiles;
+    if (scene_.hologram.tiles) plan.tiling.why = "given";
+    return plan;
+  }
+
+  /// tiles  as many, if any are wanted
+  Choice first(std::optional<glm::ivec2> tiles) {
+    Choice choice{use_.method, scene_.wrp.propagation, scene_.wrp.layers,
+                  tiles,       moved_from_ != nullptr, "",
+                  ""};
+    if (use_.method != Method::wrp || is_near(choice)) return choice;
+    if (scene_.wrp.propagation != WrpPropagation::automatic) return choice;
+    if (!moved_from_) return virtual_planes(choice);
+    // What served before the objects moved
+    if (is_near_hologram(*moved_from_)) return anew(choice);
+    choice.propagation = propagation_of(*moved_from_);
+    if (leaves_layers_) choice.layers = moved_from_->most_layers;
+    choice.why_carrier = moved_from_->why_carrier;
+    return choice;
+  }
+
+  /// Makes it a choice that gathers at the hologram where surfaces are near it.
+  bool is_near(Choice& choice) {
+    if (scene_.sampling.mode != SamplingMode::aimed || world_.min_m.z > 0 || world_.max_m.z < 0)
+      return false;
+    auto near = choice;
+    near.method = Method::points;
+    if (!is_near_hologram(assessed(near))) return false;
+    if (scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty())
+      throw InputError(one_line(scene_.file.string()) +
+                       ": surfaces in the hologram's plane, or near it, are gathered at the "
+                       "hologram; leave out wrp.propagation and wrp.distance");
+    near.why_carrier = "surfaces in or near the hologram's plane are gathered there";
+    choice = near;
+    return true;
+  }
+
+  /// The choice with virtual planes, or without where the scene is not for them.
+  Choice virtual_planes(Choice choice) const {
+    auto why_not = why_not_virtual_planes(scene_);
+    if (const auto key = key_of_wrps(scene_); why_not.empty() && !key.empty())
+      why_not = key + " is for WRPs";
+    if (!why_not.empty()) return wrps(choice, why_not);
+    choice.propagation = WrpPropagation::compact;
+    return choice;
+  }
+
+  Choice wrps(Choice choice, std::string why) const {
+    choice.propagation = WrpPropagation::spectrum;
+    choice.layers = scene_.wrp.layers;
+    if (!has_own_tiles_)
+      choice.tiles = moved_from_ ? moved_from_->tiling.grid : scene_.hologram.tiles;
+    choice.why_carrier = std::move(why);
+    if (!has_own_tiles_) choice.why_tiles.clear();
+    return choice;
+  }
+
+  /// The choice in the tiles of the plan before objects moved, and as if they had not.
+  Choice anew(Choice choice) const {
+    choice.goes_on = false;
+    choice.tiles = moved_from_->tiling.grid;
+    return virtual_planes(std::move(choice));
+  }
+
+  /// What to try in place of a choice that does not serve; nothing: it serves, or nothing else does
+  /// better.
+  std::optional<Choice> after(const Choice& choice, Plan& plan) {
+    if (plan.virtual_planes() && scene_.wrp.propagation == WrpPropagation::automatic &&
+        !is_settled_) {
+      const auto shortfall = shortfall_of(plan);
+      if (shortfall != Shortfall::none) return instead(choice, plan, shortfall);
+      if (!choice.goes_on) plan.why_carrier = why_virtual_planes(plan);
+    }
+    return with_more_memory(choice, plan);
+  }
+
+  /// Where virtual planes fall short: more layers, more tiles, or WRPs.
+  Choice instead(Choice choice, const Plan& plan, Shortfall shortfall) const {
+    if (choice.goes_on) return anew(choice);
+    const auto more_tiles = tiles_to_try(plan);
+    if (shortfall == Shortfall::depth && leaves_layers_ && choice.layers < most_layers_tried) {
+      ++choice.layers;
+    } else if (!scene_.hologram.tiles && !moved_from_ && !has_own_tiles_ &&
+               more_tiles != plan.tiling.grid) {
+      choice.tiles = more_tiles;
+      choice.why_tiles = "virtual planes of one piece would not serve";
+    } else {
+      return wrps(choice, why_no_virtual_planes(plan));
+    }
+    return choice;
+  }
+
+  /// More tiles, where the plan does not fit into memory and they help.
+  std::optional<Choice> with_more_memory(const Choice& choice, const Plan& plan) {
+    if (scene_.hologram.tiles) return {};
+    const auto lacking = shortage_of_division(world_, plan, use_, limits_);
+    const auto tiles =
+        lacking.empty() ? plan.tiling.grid : tiles_for_memory(plan, limits_.largest_buffer_bytes);
+    if (tiles == plan.tiling.grid) return {};
+    const auto why = !plan.tiling.why.empty() ? plan.tiling.why : "in one piece " + lacking;
+    has_own_tiles_ = true;
+    share_lattice(tiles);
+    Choice next;
+    if (moved_from_) {  // as it goes on, in more tiles
+      is_settled_ = true;
+      next = choice;
+      next.goes_on = false;
+      next.propagation = propagation_of(plan);
+      next.layers = plan.most_layers;
+      next.why_carrier = plan.why_carrier;
+      next.tiles = tiles;
+    } else {
+      next = first(tiles);
+    }
+    next.why_tiles = why;
+    return next;
+  }
+
+  const Scene& scene_;
+  const World& world_;
+  const MemoryUse& use_;
+  const MemoryLimits& limits_;
+  int rays_per_axis_;
+  bool has_doubles_;
+  const Plan* moved_from_;
+  bool leaves_layers_;
+  bool has_own_tiles_ = false;  // as memory needs, whatever propagation would
+  bool is_settled_ = false;     // propagation and layers
+  std::optional<LatticePlan> samples_;
+  std::optional<Images> images_;  // the same for all that is tried
+};
+
+}  // namespace
+
+Plan make_plan(const Scene& scene, const World& world, Method method, int rays_per_axis,
+               bool has_doubles, const Plan* moved_from) {
+  return Search(scene, world, {method}, {}, rays_per_axis, has_doubles, moved_from).run();
+}
+
+Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
+                  const MemoryUse& use, int rays_per_axis, bool has_doubles) {
+  return Search(scene, world, use, limits, rays_per_axis, has_doubles, nullptr).run();
+}
+
+Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
+                           const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
+                           const MemoryUse& use, int rays_per_axis, bool has_doubles) {
+  // Layers and tiles only grow, and light that has gone over to WRPs stays there
+  constexpr int most_rounds = 16;
+  const auto is_alike = [](const Plan& a, const Plan& b) {
+    return a.tiling.grid == b.tiling.grid && a.most_layers == b.most_layers &&
+           propagation_of(a) == propagation_of(b);
+  };
+  move_to(0);
+  auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
+  int last_change = 0;
+  for (int round = 0; round < most_rounds; ++round) {
+    bool serves_all = true;
+    for (int pose = 0; pose < poses; ++pose) {
+      move_to(pose);
+      auto here = Search(scene, world, use, limits, rays_per_axis, has_doubles, &plan).run();
+      if (is_alike(here, plan)) continue;  // what it still lacks, the renderer says
+      plan = std::move(here);
+      serves_all = false;
+      last_change = pose;
+    }
+    if (serves_all) return plan;
+  }
+  throw InputError(one_line(scene.file.string()) + ": no plan serves all " + std::to_string(poses) +
+                   " pictures: that of picture " + std::to_string(last_change) +
+                   " has other tiles, depth layers or propagation than the others; give "
+                   "hologram.tiles, wrp.layers and wrp.propagation");
+}
+
+}  // namespace raywave

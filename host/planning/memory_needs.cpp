@@ -1,0 +1,149 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/planning/memory_needs.hpp"
+
+#include <algorithm>
+#include <numeric>
+
+#include "host/carriers/planning/facts.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/planning/tiles.hpp"
+
+namespace raywave {
+namespace {
+
+/// Share of the memory that a plan may take before its surface samples are known.
+constexpr double share_without_samples = 7.0 / 8;
+
+std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
+std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
+
+/// What more tiles do not make less: the scene's triangles and samples, what is returned, and
+/// phases that are refined.
+MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUse& use) {
+  const std::string mesh = "fewer triangles need less";
+  MemoryNeeds all;
+  auto& needs = all.device;
+  if (plan.samples.aimed) {
+    const std::string pitch = "a larger sampling.pitch needs less";
+    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
+    needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
+    needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
+  }
+  needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
+  // Leaves hold two triangles and more
+  needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
+  needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
+  const auto all_pixels = area(plan.hologram.size),
+             pictures = size(plan.hologram.frames) * all_pixels;
+  if (plan.refine) {
+    const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
+    needs.push_back({"phases of the holograms", 8 * pictures, advice});
+    // A plane padded 1.25, its intensity and what is blurred of it
+    needs.push_back({"light of the pictures", 25 * all_pixels, advice});
+    all.results_bytes += 8 * pictures;
+  }
+  all.results_bytes += (use.keep_field || encodes_whole(plan) ? 9 : 1) * pictures;
+  all.host_bytes = all.results_bytes;
+  return all;
+}
+
+std::uint64_t bytes_on_host(const MemoryNeeds& needs, const MemoryLimits& limits) {
+  return needs.host_bytes + (limits.device_on_host ? needs.device_bytes() : 0);
+}
+
+std::string frames_text(const Plan& plan) {
+  return std::to_string(plan.hologram.frames) +
+         (plan.hologram.frames == 1 ? " frame of " : " frames of ") +
+         std::to_string(plan.hologram.size.x) + " x " + std::to_string(plan.hologram.size.y) +
+         " pixels: ";
+}
+
+bool leaves_room(std::uint64_t bytes, std::uint64_t limit) {
+  return static_cast<double>(bytes) <= share_without_samples * static_cast<double>(limit);
+}
+
+/// A line that tells what the device lacks; empty when the plan fits there.
+std::string missing_on_device(const MemoryNeeds& needs, const MemoryLimits& limits) {
+  for (const auto& need : needs.device) {
+    if (need.bytes > limits.largest_buffer_bytes)
+      return need.name + " " + format_bytes(need.bytes) + " in one buffer, the device allows " +
+             format_bytes(limits.largest_buffer_bytes);
+  }
+  if (const auto bytes = needs.device_bytes(); !leaves_room(bytes, limits.device_bytes))
+    return format_bytes(bytes) + " and surface samples, the device has " +
+           format_bytes(limits.device_bytes);
+  return "";
+}
+
+/// A line that tells which memory is short; empty when the plan fits.
+std::string missing(const MemoryNeeds& needs, const MemoryLimits& limits) {
+  auto text = missing_on_device(needs, limits);
+  const auto bytes = bytes_on_host(needs, limits);
+  if (text.empty() && !leaves_room(bytes, limits.host_bytes))
+    text = format_bytes(bytes) + " and surface samples, the machine has " +
+           format_bytes(limits.host_bytes);
+  return text;
+}
+
+}  // namespace
+
+MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
+                         std::uint64_t largest_buffer_bytes) {
+  const int together = frames_together(plan, largest_buffer_bytes);
+  const std::string planes = advice_for_planes;
+  const auto pixels = area(plan.tiling.tile_size);
+  auto all = undivided_needs(world, plan, use);
+  auto& needs = all.device;
+  add_transform_memory(plan, use.fft, all);
+  for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
+    needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
+  if (!encodes_transforms(plan, use.keep_field))
+    needs.push_back({"field at the hologram", 8 * pixels, planes});
+  const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
+    needs.push_back({"hologram levels", pixels, planes});
+  needs.push_back({"added phases", 2 * pixels, planes});
+  return all;
+}
+
+std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,
+                             const MemoryLimits& limits) {
+  // Amplitudes are scaled over all tiles, which keeps the field until all are there
+  const bool scales_tiles =
+      plan.slm.encoding != Encoding::phase &&
+      (plan.tiling.tiles.size() > 1 || !missing_on_device(needs, limits).empty());
+  auto bytes = needs.results_bytes;
+  if (scales_tiles && !use.keep_field && !encodes_whole(plan))
+    bytes += 8 * size(plan.hologram.frames) * area(plan.hologram.size);
+  if (bytes <= limits.host_bytes) return "";
+  std::string without_field;
+  if (plan.refine || plan.slm.band != glm::dvec2(1))
+    without_field = "";  // made of the whole field
+  else if (scales_tiles)
+    without_field = ", or slm.encoding = \"phase\" and no field (--no-field)";
+  else if (use.keep_field)
+    without_field = ", or keep no field (--no-field)";
+  return frames_text(plan) + format_bytes(bytes) + " of memory needed for them alone, there are " +
+         format_bytes(limits.host_bytes) +
+         "; give fewer sampling.frames or a smaller hologram.resolution" + without_field;
+}
+
+std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryLimits& limits) {
+  const auto bytes = bytes_on_host(needs, limits);
+  if (bytes <= limits.host_bytes) return "";
+  return frames_text(plan) + format_bytes(bytes) + " of memory needed, there are " +
+         format_bytes(limits.host_bytes) +
+         "; give fewer sampling.frames, a smaller hologram.resolution or more hologram.tiles";
+}
+
+std::string shortage_of_division(const World& world, const Plan& plan, const MemoryUse& use,
+                                 const MemoryLimits& limits) {
+  if (!why_in_one_piece(plan, use.method).empty() ||
+      !missing(undivided_needs(world, plan, use), limits).empty())
+    return "";
+  return missing(memory_needs(world, plan, use, limits.largest_buffer_bytes), limits);
+}
+
+}  // namespace raywave
