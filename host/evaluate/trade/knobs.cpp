@@ -98,7 +98,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
   if (spec.exhaustive && !spec.quick) finishes.insert(finishes.end(), {{4, 4}, {2, 4}, {0, 4}});
   std::vector<Finish> some;
   for (auto finish : finishes) {
-    if (scene.given.contains("sampling.antialias")) finish.antialias = base.samples.antialias;
+    if (scene.given.contains("sampling.antialias")) finish.antialias = base.antialias;
     if (scene.given.contains("sampling.visibility")) finish.visibility = base.visibility;
     if (std::find(some.begin(), some.end(), finish) == some.end()) some.push_back(finish);
   }
