@@ -1,32 +1,18 @@
 // SPDX-License-Identifier: Apache-2.0
 // Objects that become other meshes: pictures of them, and tracks of meshes.
-#include <algorithm>
-#include <cmath>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <numbers>
-#include <span>
-#include <sstream>
-#include <string>
-#include <vector>
-
 #include "host/animate/contents.hpp"
 #include "host/animate/timeline.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/render.hpp"
 #include "host/trace/instances.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/render.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
 
 using namespace test;
-using Catch::Matchers::ContainsSubstring;
 using glm::dvec3;
 
 constexpr int sectors = 32, rings = 16;
@@ -132,38 +118,34 @@ void show(const Scene& scene, double picture, Renderer& renderer) {
   renderer.set_shape(0, object.shape.value());
 }
 
-TEST_CASE("a picture of an object that deforms is that of a scene with the deformed mesh at rest") {
+DEVICE_TEST(
+    "a picture of an object that deforms is that of a scene with the deformed mesh at rest") {
   const Stage stage;
-  for (const auto& device : all_devices()) {
-    for (const bool glass : {false, true}) {
-      const std::string material = glass ? "transparency = 0.6\n[trace]\ndepth = 2\n" : "";
-      const auto scene = stage.moving(material);
-      Renderer renderer(device, scene_at(scene, 0));
-      for (const auto& [picture, mesh] : {std::pair{0.0, "ball.obj"},
-                                          {1.0, "half.obj"},
-                                          {2.0, "waist.obj"},
-                                          {4.0, "mixed.obj"}}) {
-        show(scene, picture, renderer);
-        const auto shown = renderer.render();
-        const auto resting = stage.load(mesh, "", material);
-        Renderer solid(device, resting);
-        solid.set_solid_pose(0, resting.objects[0].position_m, {0, 0, 0}, 1);
-        const auto moved = solid.render(), placed = render(device, resting);
-        const double off = relative_l2(shown.field.samples, moved.field.samples),
-                     off_placed = relative_l2(shown.field.samples, placed.field.samples);
-        INFO("picture " << picture << ", glass " << glass << ": off by " << off << " and "
-                        << off_placed);
-        CHECK(shown.samples > 300);
-        // Measured up to 1.3e-4, and 0.013 in glass, where rays that pass an edge within rounding
-        // decide. Surfaces that pass through each other show other sides to other trees
-        CHECK(off <= 0.02);
-        CHECK(off_placed <= (mesh == std::string("mixed.obj") ? 0.5 : 0.02));
-      }
+  for (const bool glass : {false, true}) {
+    const std::string material = glass ? "transparency = 0.6\n[trace]\ndepth = 2\n" : "";
+    const auto scene = stage.moving(material);
+    Renderer renderer(device, scene_at(scene, 0));
+    for (const auto& [picture, mesh] :
+         {std::pair{0.0, "ball.obj"}, {1.0, "half.obj"}, {2.0, "waist.obj"}, {4.0, "mixed.obj"}}) {
+      show(scene, picture, renderer);
+      const auto shown = renderer.render();
+      const auto resting = stage.load(mesh, "", material);
+      Renderer solid(device, resting);
+      solid.set_solid_pose(0, resting.objects[0].position_m, {0, 0, 0}, 1);
+      const auto moved = solid.render(), placed = render(device, resting);
+      const double off = relative_l2(shown.field.samples, moved.field.samples),
+                   off_placed = relative_l2(shown.field.samples, placed.field.samples);
+      CAPTURE(picture, glass, off, off_placed);
+      CHECK(shown.samples > 300);
+      // Measured up to 1.3e-4, and 0.013 in glass, where rays that pass an edge within rounding
+      // decide. Surfaces that pass through each other show other sides to other trees
+      CHECK(off <= 0.02);
+      CHECK(off_placed <= (mesh == std::string("mixed.obj") ? 0.5 : 0.02));
     }
   }
 }
 
-TEST_CASE("a picture of an object that deforms has the same bits whatever was shown before") {
+DEVICE_TEST("a picture of an object that deforms has the same bits whatever was shown before") {
   const Stage stage;
   const auto scene = stage.moving();
   // The mixed ball's picture gets a tree of its own, and the others the first one, refitted
@@ -179,41 +161,35 @@ TEST_CASE("a picture of an object that deforms has the same bits whatever was sh
   };
   CHECK(cost_at(2) < most_refitted_cost);
   CHECK(cost_at(4) > most_refitted_cost);
-  for (const auto& device : all_devices()) {
-    Renderer all(device, scene_at(scene, 0));
-    for (const int picture : {0, 1, 2, 3, 4, 5, 1}) {
-      show(scene, picture, all);
-      const auto shown = all.render();
-      Renderer alone(device, scene_at(scene, 0));
-      show(scene, picture, alone);
-      const auto expected = alone.render();
-      INFO("picture " << picture);
-      CHECK(shown.levels == expected.levels);
-      CHECK((shown.field.samples == expected.field.samples));
-    }
+  Renderer all(device, scene_at(scene, 0));
+  for (const int picture : {0, 1, 2, 3, 4, 5, 1}) {
+    show(scene, picture, all);
+    const auto shown = all.render();
+    Renderer alone(device, scene_at(scene, 0));
+    show(scene, picture, alone);
+    const auto expected = alone.render();
+    INFO("picture " << picture);
+    CHECK(shown.levels == expected.levels);
+    CHECK((shown.field.samples == expected.field.samples));
   }
 }
 
-TEST_CASE("vertices may be given to a renderer, and one that refuses them shows those before") {
+DEVICE_TEST("vertices may be given to a renderer, and one that refuses them shows those before") {
   const Stage stage;
   const auto world = build_world(stage.load("ball.obj")),
              waist = build_world(stage.load("waist.obj"));
   const auto count = world.placed[0].vertices;
   REQUIRE(waist.placed[0].vertices == count);
-  for (const auto& device : all_devices()) {
-    Renderer renderer(device, stage.load("ball.obj"), world);
-    renderer.render();
-    renderer.set_vertices(0, std::span(waist.positions).first(count),
-                          std::span(waist.normals).first(count));
-    const auto shown = renderer.render(), placed = render(device, stage.load("waist.obj"));
-    CHECK(relative_l2(shown.field.samples, placed.field.samples) <= 0.02);
-    const std::vector<dvec3> few(3);
-    CHECK_THAT(input_error_of([&] { renderer.set_vertices(0, few, {}); }),
-               ContainsSubstring("3 positions and 0 normals"));
-    CHECK_THAT(input_error_of([&] { renderer.set_shape(0, 1); }),
-               ContainsSubstring("no meshes to become"));
-    CHECK((renderer.render().field.samples == shown.field.samples));
-  }
+  Renderer renderer(device, stage.load("ball.obj"), world);
+  renderer.render();
+  renderer.set_vertices(0, std::span(waist.positions).first(count),
+                        std::span(waist.normals).first(count));
+  const auto shown = renderer.render(), placed = render(device, stage.load("waist.obj"));
+  CHECK(relative_l2(shown.field.samples, placed.field.samples) <= 0.02);
+  const std::vector<dvec3> few(3);
+  CHECK_REFUSED(renderer.set_vertices(0, few, {}), "3 positions and 0 normals");
+  CHECK_REFUSED(renderer.set_shape(0, 1), "no meshes to become");
+  CHECK((renderer.render().field.samples == shown.field.samples));
 }
 
 TEST_CASE("tracks of meshes are refused where the meshes cannot become each other") {
@@ -226,17 +202,14 @@ TEST_CASE("tracks of meshes are refused where the meshes cannot become each othe
       if (loads) build_world(with_shapes(scene));
     });
   };
-  CHECK_THAT(refusal("at = [0]\nvalues = [\"ball.obj\"]\nsteps = \"cubic\"\n"),
-             ContainsSubstring("track 0: steps of meshes must be \"linear\" or \"hold\""));
-  CHECK_THAT(refusal("at = [0]\nvalues = [\"none.obj\"]\n"),
-             ContainsSubstring("track 0: values[0] must be a file"));
-  CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\"]\n"),
-             ContainsSubstring("as many as there are in `at`, 2"));
-  CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"wall.obj\"]\n", true),
-             ContainsSubstring("wall.obj\" of its track: has 2 triangles, and not the "));
-  CHECK_THAT(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"turned.obj\"]\n", true),
-             ContainsSubstring(
-                 "turned.obj\" of its track: its triangles join other vertices than those of \""));
+  CHECK_SAYS(refusal("at = [0]\nvalues = [\"ball.obj\"]\nsteps = \"cubic\"\n"),
+             "track 0: steps of meshes must be \"linear\" or \"hold\"");
+  CHECK_SAYS(refusal("at = [0]\nvalues = [\"none.obj\"]\n"), "track 0: values[0] must be a file");
+  CHECK_SAYS(refusal("at = [0, 4]\nvalues = [\"ball.obj\"]\n"), "as many as there are in `at`, 2");
+  CHECK_SAYS(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"wall.obj\"]\n", true),
+             "wall.obj\" of its track: has 2 triangles, and not the ");
+  CHECK_SAYS(refusal("at = [0, 4]\nvalues = [\"ball.obj\", \"turned.obj\"]\n", true),
+             "turned.obj\" of its track: its triangles join other vertices than those of \"");
   // Held shapes jump, linear ones do not
   const auto held = with_shapes(
       stage.load("ball.obj",

@@ -6,13 +6,10 @@
 #include <set>
 
 #include "host/common/error.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 
 namespace raywave {
 namespace {
-
-using Catch::Matchers::ContainsSubstring;
 
 SelfCheck check_of(double bound, std::function<Finding(const cl::Device&)> measure) {
   return {"test", "a claim", "relative L2", bound, std::move(measure)};
@@ -22,36 +19,32 @@ SelfCheck check_finding(double measured, double bound) {
   return check_of(bound, [=](const cl::Device&) { return Finding{measured, "so it is"}; });
 }
 
-TEST_CASE("the quick self-test passes on every device") {
-  for (const auto& device : test::all_devices()) {
-    for (const auto& check : self_checks(device.info(), SelfTestSize::quick)) {
-      const auto row = run(check, device);
-      INFO(device.info().name << ": " << self_test_line(row));
-      CHECK(row.passed);
-    }
+DEVICE_TEST("the quick self-test passes on every device") {
+  for (const auto& check : self_checks(device.info(), SelfTestSize::quick)) {
+    const auto row = run(check, device);
+    INFO(device.info().name << ": " << self_test_line(row));
+    CHECK(row.passed);
   }
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "every row has a name of its own, a quantity and a bound, and the full self-test has every "
     "part of the quick one") {
-  for (const auto& device : test::all_devices()) {
-    std::set<std::string> parts[2];
-    for (const auto size : {SelfTestSize::quick, SelfTestSize::full}) {
-      std::set<std::string> names;
-      for (const auto& check : self_checks(device.info(), size)) {
-        INFO(check.part << ", " << check.claim);
-        CHECK(names.insert(check.part + check.claim).second);
-        CHECK(check.claim.size() <= 64);  // the column
-        CHECK_FALSE(check.quantity.empty());
-        CHECK(check.bound >= 0);
-        CHECK(check.bound < 0.1);
-        parts[size == SelfTestSize::full].insert(check.part);
-      }
+  std::set<std::string> parts[2];
+  for (const auto size : {SelfTestSize::quick, SelfTestSize::full}) {
+    std::set<std::string> names;
+    for (const auto& check : self_checks(device.info(), size)) {
+      INFO(check.part << ", " << check.claim);
+      CHECK(names.insert(check.part + check.claim).second);
+      CHECK(check.claim.size() <= 64);  // the column
+      CHECK_FALSE(check.quantity.empty());
+      CHECK(check.bound >= 0);
+      CHECK(check.bound < 0.1);
+      parts[size == SelfTestSize::full].insert(check.part);
     }
-    CHECK(parts[0] == parts[1]);
-    CHECK(parts[0].size() >= 10);
   }
+  CHECK(parts[0] == parts[1]);
+  CHECK(parts[0].size() >= 10);
 }
 
 TEST_CASE("a row passes up to its bound, and fails beyond it, on NaN, and when its check throws") {
@@ -79,28 +72,23 @@ TEST_CASE("a refusal passes with the right words only, and a result in its place
   CHECK(selftest::exact_or_refused("too near", [&] { return refuse(), right(); }).measured > 0);
 }
 
-TEST_CASE("the table and its JSON tell device, driver, version, date, and every row") {
-  for (const auto& device : test::all_devices()) {
-    const auto& info = device.info();
-    CHECK_THAT(self_test_header(info, SelfTestSize::quick),
-               ContainsSubstring(info.name) && ContainsSubstring(info.driver) &&
-                   ContainsSubstring(info.version) && ContainsSubstring("raywave "));
-    const std::vector<SelfTestRow> rows{run(check_finding(1e-7, 1e-6), device),
-                                        run(check_finding(NAN, 1e-6), device)};
-    CHECK_THAT(self_test_line(rows[0]),
-               ContainsSubstring("pass  test") && ContainsSubstring("1.0e-07 <= 1.0e-06"));
-    CHECK_THAT(self_test_line(rows[1]),
-               ContainsSubstring("FAIL  test") && ContainsSubstring("so it is"));
-    const auto json = nlohmann::json::parse(self_test_json(info, SelfTestSize::full, rows));
-    for (const char* key : {"raywave", "date", "size", "device", "passed", "rows"})
-      CHECK(json.contains(key));
-    CHECK(json["device"]["driver"] == info.driver);
-    CHECK(json["passed"] == false);
-    CHECK(json["rows"][0]["measured"] == 1e-7);
-    CHECK(json["rows"][0]["passed"] == true);
-    CHECK(json["rows"][1]["measured"].is_null());
-    CHECK(json["rows"][1]["note"] == "so it is");
-  }
+DEVICE_TEST("the table and its JSON tell device, driver, version, date, and every row") {
+  const auto& info = device.info();
+  CHECK_SAYS(self_test_header(info, SelfTestSize::quick), info.name, info.driver, info.version,
+             "raywave ");
+  const std::vector<SelfTestRow> rows{run(check_finding(1e-7, 1e-6), device),
+                                      run(check_finding(NAN, 1e-6), device)};
+  CHECK_SAYS(self_test_line(rows[0]), "pass  test", "1.0e-07 <= 1.0e-06");
+  CHECK_SAYS(self_test_line(rows[1]), "FAIL  test", "so it is");
+  const auto json = nlohmann::json::parse(self_test_json(info, SelfTestSize::full, rows));
+  for (const char* key : {"raywave", "date", "size", "device", "passed", "rows"})
+    CHECK(json.contains(key));
+  CHECK(json["device"]["driver"] == info.driver);
+  CHECK(json["passed"] == false);
+  CHECK(json["rows"][0]["measured"] == 1e-7);
+  CHECK(json["rows"][0]["passed"] == true);
+  CHECK(json["rows"][1]["measured"].is_null());
+  CHECK(json["rows"][1]["note"] == "so it is");
 }
 
 }  // namespace

@@ -1,21 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <cstring>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <limits>
-#include <set>
 #include <sstream>
-#include <string>
-#include <vector>
 
 #include "host/geometry/world.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/gltf.hpp"
 
 using namespace raywave;
+using Json = nlohmann::json;
 
 namespace {
 
@@ -90,42 +83,21 @@ std::string binary_stl(const Soup& soup) {
   return out;
 }
 
-std::string base64(const std::string& bytes) {
-  static const char* digits = "ABCDEFGHIJKLMNOPQRSTUVWXYZabcdefghijklmnopqrstuvwxyz0123456789+/";
-  std::string out;
-  // All buffers of these tests have a multiple of three bytes.
-  for (std::size_t i = 0; i + 2 < bytes.size(); i += 3) {
-    const auto byte = [&](std::size_t k) { return static_cast<unsigned char>(bytes[i + k]); };
-    const unsigned word = unsigned{byte(0)} << 16 | unsigned{byte(1)} << 8 | byte(2);
-    for (int shift = 18; shift >= 0; shift -= 6) out += digits[word >> shift & 63];
-  }
-  return out;
-}
-
-/// glTF text: the soup as one mesh, with one node for each of the given node properties.
-std::string gltf(const Soup& soup, const std::vector<std::string>& nodes) {
-  std::string buffer;
+/// glTF text: the soup as one mesh, on each of these nodes.
+std::string gltf(const Soup& soup, const std::vector<Json>& nodes) {
+  test::Gltf::Part part;
   for (const auto& triangle : soup)
-    for (const glm::dvec3& p : triangle)
-      for (int i = 0; i < 3; ++i) {
-        const auto value = static_cast<float>(p[i]);
-        buffer.append(reinterpret_cast<const char*>(&value), 4);
-      }
-  const std::string bytes = std::to_string(buffer.size()), count = std::to_string(3 * soup.size());
-  std::string node_list, indices;
-  for (std::size_t i = 0; i < nodes.size(); ++i) {
-    node_list.append(i ? "," : "").append("{\"mesh\":0,").append(nodes[i]).append("}");
-    indices.append(i ? "," : "").append(std::to_string(i));
+    for (const glm::dvec3& p : triangle) {
+      part.indices.push_back(static_cast<std::uint32_t>(part.positions.size()));
+      part.positions.emplace_back(p);
+    }
+  test::Gltf file;
+  const int mesh = file.mesh(part);
+  for (auto node : nodes) {
+    node["mesh"] = mesh;
+    file.add_node(node);
   }
-  return R"({"asset":{"version":"2.0"},"scene":0,"scenes":[{"nodes":[)" + indices +
-         R"(]}],"nodes":[)" + node_list +
-         R"(],"meshes":[{"primitives":[{"attributes":{"POSITION":0}}]}],)"
-         R"("accessors":[{"bufferView":0,"componentType":5126,"count":)" +
-         count +
-         R"(,"type":"VEC3","min":[-9,-9,-9],"max":[9,9,9]}],)"
-         R"("bufferViews":[{"buffer":0,"byteLength":)" +
-         bytes + R"(}],"buffers":[{"byteLength":)" + bytes +
-         R"(,"uri":"data:application/octet-stream;base64,)" + base64(buffer) + R"("}]})";
+  return file.gltf();
 }
 
 std::pair<glm::dvec3, glm::dvec3> bounds(const Mesh& mesh) {
@@ -155,16 +127,10 @@ Mesh load(const std::filesystem::path& file, Normals normals = Normals::file) {
   return load_mesh(file, normals, "here");
 }
 
-Scene scene_of(const std::vector<Object>& objects) {
-  Scene scene;
-  scene.objects = objects;
-  return scene;
-}
+Scene scene_of(const std::vector<Object>& objects) { return Scene{.objects = objects}; }
 
 Object object_of(const std::filesystem::path& mesh) {
-  Object object;
-  object.mesh = mesh;
-  object.position_m = {0, 0, 0.1};
+  Object object{.mesh = mesh, .position_m = {0, 0, 0.1}};
   object.where = "scene.toml:7: object 0";
   return object;
 }
@@ -177,7 +143,7 @@ TEST_CASE("a box is the same closed box from every format") {
   for (const auto& file :
        {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)),
         folder.write("binary.ply", ply(soup, true)), folder.write("box.stl", binary_stl(soup)),
-        folder.write("box.gltf", gltf(soup, {R"("name":"box")"}))}) {
+        folder.write("box.gltf", gltf(soup, {Json{{"name", "box"}}}))}) {
     INFO(file.filename().string());
     const Mesh mesh = load(file);
     CHECK(mesh.triangles.size() == 12);
@@ -257,9 +223,9 @@ TEST_CASE("a mesh of micrometres keeps its vertices apart") {
 
 TEST_CASE("node transforms are applied, and a mirror does not turn a mesh inside out") {
   const Folder folder;
-  const auto file =
-      folder.write("two.gltf", gltf(box({1, 1, 1}), {R"("translation":[10,0,0],"scale":[-2,1,1])",
-                                                     R"("translation":[-10,0,0])"}));
+  const auto file = folder.write(
+      "two.gltf", gltf(box({1, 1, 1}), {Json{{"translation", {10, 0, 0}}, {"scale", {-2, 1, 1}}},
+                                        Json{{"translation", {-10, 0, 0}}}}));
   const Mesh mesh = load(file);
   CHECK(mesh.triangles.size() == 24);
   CHECK(bounds(mesh).first == glm::dvec3(-10.5, -0.5, -0.5));
@@ -497,7 +463,7 @@ TEST_CASE("damaged meshes load with finite values, or are refused in one line") 
   for (const auto& file :
        {folder.write("box.obj", obj(soup)), folder.write("box.ply", ply(soup, false)),
         folder.write("binary.ply", ply(soup, true)), folder.write("box.stl", binary_stl(soup)),
-        folder.write("box.gltf", gltf(soup, {R"("translation":[1,0,0])"}))}) {
+        folder.write("box.gltf", gltf(soup, {Json{{"translation", {1, 0, 0}}}}))}) {
     INFO(file.filename().string());
     bool all_finite = true;
     const auto [accepted, refused] = read_damaged(folder, file, 100, 150, [&](const auto& damaged) {

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Reader processes: a test program that misbehaves on demand (tests/support/bad_reader.cpp).
 #include <csignal>
-#include <fstream>
 #include <thread>
 
 #include "host/scene/image.hpp"
@@ -14,8 +13,6 @@
 
 namespace raywave {
 namespace {
-
-using Catch::Matchers::ContainsSubstring;
 
 constexpr ReaderLimits little{1, std::uint64_t{1} << 28};
 
@@ -54,8 +51,7 @@ TEST_CASE("a reader hands over its result or the reason for having none") {
 #endif
   // More than agreed on
   CHECK(failure_of({"numbers", "2000000"}) == "its reader crashed");
-  CHECK_THAT(failure_of({"not started"}), ContainsSubstring("its reader does not start; run ") &&
-                                              ContainsSubstring("raywave_bad_reader"));
+  CHECK_SAYS(failure_of({"not started"}), "its reader does not start; run ", "raywave_bad_reader");
 }
 
 TEST_CASE("a reader that waits is ended by the clock", "[slow]") {
@@ -91,19 +87,18 @@ TEST_CASE("a reader program that is missing, or is none, is an error that says w
     return input_error_of([&] { load_mesh(mesh, Normals::file, "here"); });
   };
   const test::Environment nowhere("RAYWAVE_READER_DIR", (folder / "nowhere").string());
-  CHECK_THAT(refusal(), ContainsSubstring("there is no program raywave_mesh_reader in " +
-                                          (folder / "nowhere").string()) &&
-                            ContainsSubstring("RAYWAVE_READER_DIR"));
-  CHECK_THAT(input_error_of([&] { load_grey(mesh, ""); }),
-             ContainsSubstring("there is no program raywave_image_reader"));
+  CHECK_SAYS(refusal(),
+             "there is no program raywave_mesh_reader in " + (folder / "nowhere").string(),
+             "RAYWAVE_READER_DIR");
+  CHECK_REFUSED(load_grey(mesh, ""), "there is no program raywave_image_reader");
 
   const test::Environment here("RAYWAVE_READER_DIR", (folder / "").string());
   const auto program = folder.write("raywave_mesh_reader", "#!/bin/sh\necho hello\n");
-  CHECK_THAT(refusal(), ContainsSubstring("there is no program"));  // not executable
+  CHECK_SAYS(refusal(), "there is no program");  // not executable
   std::filesystem::permissions(program, std::filesystem::perms::owner_all);
-  CHECK_THAT(refusal(), ContainsSubstring("its reader crashed"));
+  CHECK_SAYS(refusal(), "its reader crashed");
   std::ofstream(program) << "no program\n";
-  CHECK_THAT(refusal(), ContainsSubstring("no process can be started"));
+  CHECK_SAYS(refusal(), "no process can be started");
 }
 
 TEST_CASE("a reader program called without arguments fails") {

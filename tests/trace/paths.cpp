@@ -408,26 +408,10 @@ Prism prism(double ior) {
   m.ior.table = {{450e-9, 1.53}, {650e-9, 1.51}};
   const auto front = [&](double x) { return 15 * mm - 0.15 * x; };
   const auto back = [&](double x) { return 16 * mm + 0.15 * x; };
-  Surface wedge{.closed = true};
-  std::vector<dvec3> corners;
-  for (const double x : {-2 * mm, 2 * mm}) {
-    for (const double y : {-2 * mm, 2 * mm}) {
-      corners.emplace_back(x, y, front(x));
-      corners.emplace_back(x, y, back(x));
-    }
-  }
-  // Corner 4 a + 2 b + c: a right, b top, c back
-  const auto quad = [&](int a, int b, int c, int d) {
-    const auto at = [&](int i) { return corners[i]; };
-    wedge.triangle(at(a), at(b), at(c));
-    wedge.triangle(at(a), at(c), at(d));
-  };
-  quad(0, 2, 6, 4);
-  quad(1, 5, 7, 3);
-  quad(0, 1, 3, 2);
-  quad(4, 6, 7, 5);
-  quad(0, 4, 5, 1);
-  quad(2, 3, 7, 6);
+  auto wedge = box({0, 0, 15.5 * mm}, {2 * mm, 2 * mm, 0.5 * mm});
+  for (auto& place : wedge.positions)
+    place.z = place.z < 15.5 * mm ? front(place.x) : back(place.x);
+  wedge.normals.clear();
   p.stage.add(wedge, m).add(rectangle({-0.2 * mm, 0, 20 * mm}, {1.5 * mm, 0, 0}, {0, 0.3 * mm, 0}),
                             glowing());
   p.surfaces = {{.centre = {0, 0, front(0)}, .normal = {-0.15, 0, -1}, .beyond = ior},

@@ -1,0 +1,200 @@
+// SPDX-License-Identifier: Apache-2.0
+// reconstruct, plan, devices and selftest as a person runs them.
+#include <cstdio>
+#include <nlohmann/json.hpp>
+
+#include "host/scene/image.hpp"
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+using Catch::Matchers::ContainsSubstring;
+using Json = nlohmann::json;
+
+TEST_CASE(
+    "reconstruct shows field.npy and hologram.png at each depth, in any window, from any side") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto reconstruct = [&](const std::string& what, const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{"reconstruct", desk.out(what).string(), "-o",
+                                       desk.file("views")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    return desk.run(arguments);
+  };
+  const auto picture = [&](const std::string& name) {
+    return load_grey(desk.folder() / "views" / name, "");
+  };
+
+  const auto both = reconstruct("field.npy", {"-z", "9.5mm", "-z", "10 mm"});
+  CHECK(both.code == 0);
+  CHECK(both.err.empty());
+  CHECK_SAYS(both.out, "reconstruction_9.5mm.png", "reconstruction_10mm.png");
+  for (const char* name : {"reconstruction_9.5mm.png", "reconstruction_9.5mm.exr",
+                           "reconstruction_10mm.png", "reconstruction_10mm.exr"}) {
+    const auto image = picture(name);
+    CHECK(image.width == 48);
+    CHECK(image.height == 32);
+    CHECK(*std::max_element(image.pixels.begin(), image.pixels.end()) > 0);
+  }
+  const auto from_field = picture("reconstruction_10mm.exr").pixels;
+  const auto quiet = reconstruct("hologram.png", {"-z", "10mm", "--quiet"});
+  CHECK(quiet.code == 0);
+  CHECK(quiet.out.empty());
+  CHECK(picture("reconstruction_10mm.exr").pixels != from_field);  // amplitude is lost
+
+  REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--window", "0.4mmx0.2mm"}).code == 0);
+  const auto large = picture("reconstruction_10mm.exr");
+  CHECK(large.width == 100);
+  CHECK(large.height == 50);
+  REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--view", "0.5,0"}).code == 0);
+  CHECK(picture("reconstruction_10mm.exr").pixels != from_field);
+}
+
+TEST_CASE(
+    "reconstruct takes an eyepiece that no report tells, and depths by the thin-lens formula") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto field = desk.out("field.npy").string();
+  // 1 / (z + distance) = 1 / focal length + dioptres
+  const auto name_at = [](double z_m) {
+    std::array<char, 64> name{};
+    std::snprintf(name.data(), name.size(), "views/reconstruction_%gmm.exr", 1e3 * z_m);
+    return std::string(name.data());
+  };
+  for (const auto& [eyepiece, distance_m] : {std::pair("120mm", 0.12), {"120mm,10cm", 0.1}}) {
+    const auto seen = desk.run(
+        {"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o", desk.file("views")});
+    INFO(seen.err);
+    CHECK(seen.code == 0);
+    CHECK(std::filesystem::exists(desk.file(name_at(1 / (1 / 0.12 - 1) - distance_m))));
+  }
+}
+
+TEST_CASE("a texture that is no picture is named, with what would be read") {
+  Desk desk;
+  desk.folder().write("notes.md", "# No picture\n");
+  desk.scene("material = \"a\"\n[materials.a]\ntexture = \"notes.md\"\n");
+  check_refused(desk.render(), 2, "notes.md\": is no picture of a known format, such as PNG");
+  desk.folder().write("notes.png", "# No picture\n");
+  desk.scene("material = \"a\"\n[materials.a]\ntexture = \"notes.png\"\n");
+  check_refused(desk.render(), 2, "notes.png\": ");
+}
+
+TEST_CASE("reconstructions that cannot be are refused with one line") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto refused = [&](const std::string& file, const std::vector<std::string>& more,
+                           const std::string& says) {
+    std::vector<std::string> arguments{"reconstruct", file, "-o", desk.file("views")};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    check_refused(desk.run(arguments), 2, says);
+    CHECK_FALSE(std::filesystem::exists(desk.folder() / "views"));
+  };
+  const auto field = desk.out("field.npy").string();
+  refused(field, {"-z", "0"}, "-z \"0\": is the hologram's own plane");
+  refused(field, {"-z", "1D"}, "reconstruct's --eyepiece 120mm");
+  refused(field, {"-z", "1D", "--eyepiece", "120"}, "--eyepiece \"120\": a unit is needed");
+  refused(field, {"-z", "1D", "--eyepiece", "120mm,-1mm"}, "must be >= 0");
+  refused(field, {"-z", "far"}, "-z");
+  refused(field, {"-z", "10"}, "a unit is needed, as in 10mm");
+  refused(field, {"-z", "10mm", "-z", "1cm"}, "a second picture of 10mm would overwrite the first");
+  refused(field, {"-z", "10mm", "--window", ""}, "--window: a value is needed");
+  refused(field, {"-z", "10mm", "--pitch", "1e300mm"},
+          "--pitch \"1e300mm\": must be 0.1 nm to 1 m");
+  refused(field, {"-z", "10mm", "--pitch", "4"}, "a unit is needed, as in 4mm");
+  refused(field, {"-z", "10mm", "--wavelength", "1m"}, "must be 1 nm to 10 mm");
+  refused(field, {"-z", "10mm", "--window", "3mm"}, "--window");
+  refused(field, {"-z", "10mm", "--window", "5x4"},
+          "--window \"5x4\": the width \"5\": a unit is needed, as in 5mm");
+  refused(field, {"-z", "10mm", "--window", "5mmx4"},
+          "--window \"5mmx4\": the height \"4\": a unit is needed, as in 4mm");
+  refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
+  refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");
+  refused(field, {"-z", "10mm", "--percentile", "0"}, "--percentile");
+  refused(desk.out("none.npy").string(), {"-z", "10mm"}, "none.npy");
+  std::filesystem::copy(field, desk.file("alone.npy"));
+  refused(desk.file("alone.npy"), {"-z", "10mm"}, "--pitch");
+  desk.folder().write("damaged.npy", bytes_of(field).substr(0, 1000));
+  refused(desk.file("damaged.npy"), {"-z", "10mm", "--pitch", "4um", "--wavelength", "638nm"},
+          "damaged.npy");
+}
+
+TEST_CASE("plan says what would be computed without computing it") {
+  const Desk desk;
+  const auto text = desk.run({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]", "--set",
+                              "wrp.propagation=spectrum"});
+  CHECK(text.code == 0);
+  CHECK(text.err.empty());
+  CHECK_SAYS(text.out, "48 x 32", "2 triangles", "2 x 2");
+  CHECK_SAYS(text.out, "precision float (auto), predicted phase error");
+  const auto strict = desk.run({"plan", desk.file("scene.toml"), "--set",
+                                "accuracy.precision=float", "--set", "accuracy.phase=1e-9"})
+                          .out;
+  CHECK_SAYS(strict, "precision float, predicted phase error", "NOT below 1e-09");
+  const auto json = Json::parse(desk.run({"plan", desk.file("scene.toml"), "--json"}).out);
+  CHECK(json["triangles"] == 2);
+  CHECK(json["plan"]["wrps"].size() >= 1);
+  check_refused(desk.run({"plan", desk.file("none.toml")}), 2, "none.toml");
+}
+
+TEST_CASE("render follows the plan of the same goal, and unknown goals are refused") {
+  const Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto plan = Json::parse(
+      desk.run({"plan", scene, "--preset", "draft", "--json", "--set", "sampling.pitch=auto"}).out);
+  REQUIRE(desk.render({"--preset", "draft", "--set", "sampling.pitch=auto", "--quiet"}).code == 0);
+  std::ifstream file(desk.out("report.json"));
+  const auto report = Json::parse(file);
+  for (const char* section : {"wrp", "sampling"})
+    CHECK(report["scene"][section] == plan["scene"][section]);
+  CHECK(report["plan"] == plan["plan"]);
+  check_refused(desk.run({"plan", scene, "--preset", "best"}), 2,
+                "there are draft, balanced, accurate and reference");
+  check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
+  check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
+  check_refused(desk.run({"plan", scene, "--psnr", "nan"}), 2,
+                "--psnr must be 0 to 200, got \"nan\"");
+  check_refused(desk.render({"--preset", "draft", "--method", "points"}), 2,
+                "plan --method wrp alone");
+}
+
+TEST_CASE("devices lists every device with what it can do, one of them the default") {
+  const Desk desk;
+  const auto text = desk.run({"devices"});
+  CHECK(text.code == 0);
+  CHECK(text.err.empty());
+  CHECK_SAYS(text.out, "(default)", "fp64", "driver", "FFT");
+  const auto list = Json::parse(desk.run({"devices", "--json"}).out);
+  REQUIRE(list.size() >= 1);
+  CHECK(std::count_if(list.begin(), list.end(),
+                      [](const Json& d) { return d["default"].get<bool>(); }) == 1);
+}
+
+TEST_CASE("selftest says by its exit code whether every row passed, and writes the table as JSON") {
+  const Desk desk;
+  const auto good = desk.run({"selftest", "--only", "phase ", "--json", desk.file("table.json")});
+  INFO(good.out << good.err);
+  CHECK(good.code == 0);
+  CHECK(good.err.empty());
+  CHECK_THAT(good.out, ContainsSubstring("driver") && ContainsSubstring("pass  phase") &&
+                           !ContainsSubstring("FAIL"));
+  const auto table = Json::parse(bytes_of(desk.file("table.json")));
+  CHECK(table["passed"] == true);
+  CHECK(table["rows"].size() >= 1);
+
+  const auto bad = desk.run(
+      {"selftest", "--only", "phase ", "--strict", "1000", "--json", desk.file("table.json")});
+  CHECK(bad.code == 1);
+  CHECK(bad.err.empty());
+  CHECK_SAYS(bad.out, "FAIL  phase");
+  CHECK(Json::parse(bytes_of(desk.file("table.json")))["passed"] == false);
+
+  check_refused(desk.run({"selftest", "--only", "no such row"}), 2, "no such row");
+  check_refused(desk.run({"selftest", "--strict", "0"}), 2, "--strict");
+  check_refused(desk.run({"selftest", "--device", "no such device"}), 3, "no such device");
+}
+
+}  // namespace
+}  // namespace raywave
