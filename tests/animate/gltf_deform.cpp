@@ -7,10 +7,9 @@
 #include "host/animate/timeline.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
-#include "host/scene/reader_pipe.hpp"
-#include "host/scene/reader_reply.hpp"
 #include "tests/animate/limb.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/forked_reader.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
@@ -415,21 +414,7 @@ TEST_CASE("a reader's reply about a mesh that deforms is refused where it cannot
   part.weights = {0.5};
   part.target_positions.resize(3, glm::vec3(1));
   sound.deforming.push_back(part);
-  const auto passes = [](const Mesh& mesh) {
-    int ends[2];
-    REQUIRE(pipe(ends) == 0);
-    ReaderPipe in(ends[0]), out(ends[1]);
-    send(out, mesh);
-    close(ends[1]);
-    bool received = true;
-    try {
-      receive_mesh(in);
-    } catch (const std::runtime_error&) {
-      received = false;
-    }
-    close(ends[0]);
-    return received;
-  };
+  const auto passes = [](const Mesh& mesh) { return is_received(mesh, receive_mesh); };
   CHECK(passes(sound));
   void (*const damages[])(DeformingPart&) = {[](auto& p) { p.node = -1; },
                                              [](auto& p) { p.first_vertex = 1; },

@@ -8,9 +8,8 @@
 #include "host/animate/timeline.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
-#include "host/scene/reader_pipe.hpp"
-#include "host/scene/reader_reply.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/forked_reader.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -124,9 +123,7 @@ constexpr const char* light = "[[light]]\ndirection = [0, 0, 1]\n";
 /// a card and a hand (node 3) with another one; the hand has a lamp (node 4).
 Gltf moving_room() {
   Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
-  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  room.add_camera(0.01, {{"translation", {0, 0, 10}}});
   room.add(Gltf::square(1, {-2, 0, -1}));  // node 1
   const int arm = room.mesh(Gltf::square(0.5f, {0.25f, 0, 0})),
             hand = room.mesh(Gltf::square(0.25f, {0, 1, 0}));
@@ -431,16 +428,7 @@ TEST_CASE("a reader's reply about motion is refused where nodes or keys cannot b
   sound.animations.push_back(
       {"a", {{1, Path::rotation, Steps::linear, {0, 1}, {dvec4(0, 0, 0, 1), dvec4(1, 0, 0, 0)}}}});
   const auto passes = [](const GltfMotion& motion) {
-    int ends[2];
-    REQUIRE(pipe(ends) == 0);
-    ReaderPipe in(ends[0]), out(ends[1]);
-    send(out, motion);
-    try {
-      receive_gltf_motion(in);
-      return true;
-    } catch (const std::runtime_error&) {
-      return false;
-    }
+    return test::is_received(motion, receive_gltf_motion);
   };
   CHECK(passes(sound));
   const auto check_refused = [&](const std::function<void(GltfMotion&)>& damage) {

@@ -91,9 +91,7 @@ constexpr double rest_angle = 0.5;
 
 inline Gltf limb_file(const Storage& storage = {}, bool has_skin = true, bool has_normals = true) {
   Gltf file;
-  file.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
-  file.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  file.add_camera(0.01, {{"translation", {0, 0, 10}}});
   const Limb limb;
   file.add(limb.part(has_normals), {{"name", "arm"}, {"translation", {5, 6, 7}}});
   file.root["meshes"][0]["name"] = "Limb";

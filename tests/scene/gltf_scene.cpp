@@ -7,9 +7,8 @@
 #include "host/geometry/cut_mesh.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
-#include "host/scene/reader_pipe.hpp"
-#include "host/scene/reader_reply.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/forked_reader.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -33,9 +32,7 @@ dvec3 turned(double angle, dvec3 axis, dvec3 v) {
 /// A square 10 units before a camera, in a file that may have lights.
 Gltf room_for_lights() {
   Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.01}}}}};
-  room.add_node({{"camera", 0}, {"translation", {0, 0, 10}}});
+  room.add_camera(0.01, {{"translation", {0, 0, 10}}});
   room.add(Gltf::square(1, {0, 0, 0}));
   room.root["extensionsUsed"] = {"KHR_lights_punctual"};
   return room;
@@ -150,25 +147,16 @@ TEST_CASE("spots of a glTF file are no narrower than floats tell, nor those of a
   // A reader that a file has taken over may say anything
   for (const double outer : {0.0, 0.4, 0.5, 90.0, 91.0}) {
     INFO(outer);
-    int ends[2];
-    REQUIRE(pipe(ends) == 0);
-    ReaderPipe in(ends[0]), out(ends[1]);
     GltfSet set;
     set.lights.push_back({.type = GltfLight::Type::spot, .outer_deg = outer});
-    send(out, set);
-    if (outer >= 0.5 && outer <= 90)
-      CHECK(receive_gltf_set(in).lights.size() == 1);
-    else
-      CHECK_THROWS(receive_gltf_set(in));
+    CHECK(test::is_received(set, receive_gltf_set) == (outer >= 0.5 && outer <= 90));
   }
 }
 
 TEST_CASE("a camera is chosen by its name or number, and objects of the scene file come first") {
   const Folder folder;
   Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.1}}}}};
-  room.add_node({{"camera", 0}, {"name", "near"}, {"translation", {0, 0, 5}}});
+  room.add_camera(0.1, {{"name", "near"}, {"translation", {0, 0, 5}}});
   room.add_node({{"camera", 0}, {"name", "far"}, {"translation", {0, 0, 9}}});
   room.add(Gltf::square(1, {0, 0, 0}));
   const auto depth = [](const Scene& scene) {
@@ -215,9 +203,7 @@ TEST_CASE("what lies nearer than a camera sees is cut away, to the place") {
   const Folder folder;
   // A floor from 1 behind the camera to 4 before it, 2 wide and 0.5 below
   Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.25}}}}};
-  room.add_node({{"camera", 0}});
+  room.add_camera(0.25);
   Gltf::Part floor;
   floor.positions = {{-1, -0.5f, 1}, {1, -0.5f, 1}, {1, -0.5f, -4}, {-1, -0.5f, -4}};
   floor.uvs = {{0, 0}, {1, 0}, {1, 1}, {0, 1}};
@@ -261,9 +247,7 @@ TEST_CASE("what lies nearer than a camera sees is cut away, to the place") {
 /// A card 1 wide, 1 before a camera that sees from 0.25 on.
 Gltf card_before_camera() {
   Gltf room;
-  room.root["cameras"] = {
-      {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", 0.25}}}}};
-  room.add_node({{"camera", 0}});
+  room.add_camera(0.25);
   room.add(Gltf::square(0.5f, {0.2f, 0, -1}));
   return room;
 }

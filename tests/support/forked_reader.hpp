@@ -19,6 +19,24 @@
 
 namespace raywave::test {
 
+/// Whether what a reader sends is taken, by one of the functions receive_....
+template <class Sent, class Receive>
+bool is_received(const Sent& sent, Receive receive) {
+  int ends[2];
+  if (pipe(ends) != 0) throw std::runtime_error("no pipe");
+  ReaderPipe in(ends[0]), out(ends[1]);
+  send(out, sent);
+  close(ends[1]);
+  bool received = true;
+  try {
+    receive(in);
+  } catch (const std::runtime_error&) {
+    received = false;
+  }
+  close(ends[0]);
+  return received;
+}
+
 /// Does what load_texture does. Every failure of the reader becomes an InputError.
 inline Image load_texture_in_fork(const std::filesystem::path& file, int channel) {
   int ends[2];

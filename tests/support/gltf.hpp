@@ -156,6 +156,14 @@ public:
     return made;
   }
 
+  /// Adds a camera to the scene, on a node of its own.
+  Gltf& add_camera(double near, Json node = Json::object()) {
+    root["cameras"] = {
+        {{"type", "perspective"}, {"perspective", {{"yfov", 0.8}, {"znear", near}}}}};
+    node["camera"] = 0;
+    return add_node(node);
+  }
+
   Gltf& add_node(const Json& node) {
     root["nodes"].push_back(node);
     root["scenes"][0]["nodes"].push_back(root["nodes"].size() - 1);
