@@ -136,7 +136,7 @@ Rendered render(const cl::Device& device, const std::vector<Scene>& scenes, Worl
 /// have another hit than in render(): fields differ by 1e-4 (relative L2), by up to 6e-3 when many
 /// samples lie on one edge.
 ///
-///     Renderer renderer(device, load_scene("scene.toml"));
+///     Renderer renderer(device, load_scenes("scene.toml").front());
 ///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
 ///       renderer.set_pose(0, position_m, {0, angle_deg, 0});
 ///       show(renderer.render().levels[0]);

@@ -219,7 +219,8 @@ std::span<const std::uint8_t> Hologram::levels() const {
 
 Levels Hologram::for_slm(int frame) const {
   if (lasers_ > 1)
-    throw InputError("for_slm: of three lasers, ask the hologram of one for the picture it needs");
+    throw InputError(
+        "for_slm: of several lasers, ask the hologram of one for the picture it needs");
   if (frame < 0 || frame >= frames())
     throw InputError("frame " + std::to_string(frame) + ": there are " + std::to_string(frames()) +
                      ", counted from 0");

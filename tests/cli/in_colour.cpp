@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of three lasers, as a person computes and looks at them (docs/colour.md).
+// Scenes of several lasers, as a person computes and looks at them (docs/colour.md).
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -99,7 +99,7 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
   }
   desk.shell("cp out/field_450nm.npy out/other.npy");
   check_refused(desk.run({"reconstruct", desk.out("other.npy"), "-z", "9mm", "-o", desk.file("x")}),
-                2, "is of three lasers; give the file of one");
+                2, "is of several lasers; give the file of one");
   // A hologram of another render is told
   desk.shell("cp alone/hologram.png out/hologram_638nm.png");
   check_refused(
@@ -294,7 +294,7 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
                             "--no-table", "--start", start, "-o", desk.file("x")}),
                   2, says);
   };
-  refused(out + "refined_450nm.npy", three, "three lasers go on from the report.json");
+  refused(out + "refined_450nm.npy", three, "several lasers go on from the report.json");
   refused(desk.file("alone/report.json"), three, "is of one wavelength");
   refused(out + "report.json", "hologram.wavelength=[\"638 nm\", \"532 nm\", \"450 nm\"]",
           "has no laser of 532 nm");
