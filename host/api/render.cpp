@@ -32,16 +32,9 @@ const char* name_of(cl::DeviceKind kind) {
   return "other";
 }
 
-Method method_of(const std::string& name) {
-  if (name == "wrp") return Method::wrp;
-  if (name == "points") return Method::points;
-  if (name == "rays") return Method::rays;
-  throw InputError("method " + in_quotes(name) + ": unknown; there are wrp, points and rays");
-}
-
 raywave::RenderOptions options_of(const RenderOptions& options, const Opened& opened) {
   raywave::RenderOptions how;
-  how.method = method_of(options.method);
+  how.method = method_of(options.method, "method " + in_quotes(options.method));
   if (options.rays_per_axis < 1 || options.rays_per_axis > 1000)
     throw InputError("rays: must be 1 to 1000, got " + std::to_string(options.rays_per_axis));
   how.rays_per_axis = options.rays_per_axis;
