@@ -290,8 +290,7 @@ private:
   /// The picture of what each laser shows: its light, or of several their colours.
   ImageList mixed(const ImageList& light) const {
     if (light.size() == 1) return light;
-    const auto rgb =
-        picture_of_lasers(scenes_[0].colour.value().lasers, light);
+    const auto rgb = picture_of_lasers(scenes_[0].colour.value().lasers, light);
     return {rgb.channels.begin(), rgb.channels.end()};
   }
 

@@ -352,6 +352,7 @@ TEST_CASE("two and four lasers do all that three do, but --rgb") {
     }
     run({"quality", scene, "-z", "9mm", "--lens-points", "2", "--no-views", "--border", "2", "-o",
          desk.file("q")});
+    run({"bench", scene, "--frames", "1", "--lens-points", "2"});
     run({"refine", scene, "--iterations", "2", "--no-table", "-o", desk.file("refined")});
     run({"refine", scene, "--iterations", "2", "--no-table", "-o", desk.file("more"), "--start",
          desk.file("refined/report.json")});
