@@ -11,7 +11,7 @@
 #include "host/cli/options.hpp"
 #include "host/common/npy.hpp"
 #include "host/encode/pictures.hpp"
-#include "host/evaluate/colour_report.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/scene/slm.hpp"
 
 namespace raywave::cli {
