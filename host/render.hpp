@@ -3,6 +3,8 @@
 /// are refined before they are encoded.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <functional>
 #include <map>
 #include <memory>
@@ -13,6 +15,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
+#include "host/common/error.hpp"
 #include "host/common/npy.hpp"
 #include "host/encode/panel.hpp"
 #include "host/geometry/world.hpp"
@@ -21,6 +24,18 @@
 #include "host/scene/scene.hpp"
 
 namespace raywave {
+
+constexpr std::array all_methods{Method::wrp, Method::points, Method::rays};
+constexpr const char* name_of(Method method) {
+  constexpr std::array names{"wrp", "points", "rays"};
+  return names[static_cast<std::size_t>(method)];
+}
+/// throws  InputError that starts with `what`
+inline Method method_of(const std::string& name, const std::string& what) {
+  for (const auto method : all_methods)
+    if (name == name_of(method)) return method;
+  throw InputError(what + ": unknown; there are wrp, points and rays");
+}
 
 /// Called with the current step ("trace", "WRP 2 of 4") and the completed share, 0 to 1.
 using Progress = std::function<void(const std::string& what, double share)>;
@@ -136,7 +151,7 @@ Rendered render(const cl::Device& device, const std::vector<Scene>& scenes, Worl
 /// have another hit than in render(): fields differ by 1e-4 (relative L2), by up to 6e-3 when many
 /// samples lie on one edge.
 ///
-///     Renderer renderer(device, load_scene("scene.toml"));
+///     Renderer renderer(device, load_scenes("scene.toml").front());
 ///     for (double angle_deg = 0; angle_deg < 360; angle_deg += 5) {
 ///       renderer.set_pose(0, position_m, {0, angle_deg, 0});
 ///       show(renderer.render().levels[0]);

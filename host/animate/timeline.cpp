@@ -7,7 +7,6 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <string>
-#include <tuple>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -107,14 +106,10 @@ std::set<std::size_t> moving(const Animation& animation, bool (*is_of)(Animated)
 }  // namespace
 
 glm::dvec3 value_at(const Track& track, double time) {
-  const auto& [at, values] = std::tie(track.at, track.values);
-  if (time <= at.front()) return values.front();
-  if (time >= at.back()) return values.back();
-  const auto next =
-      static_cast<std::size_t>(std::upper_bound(at.begin(), at.end(), time) - at.begin());
-  const auto k = next - 1;
-  if (track.steps == Steps::hold || time == at[k]) return values[k];
-  const double span = at[next] - at[k], s = (time - at[k]) / span;
+  const auto& values = track.values;
+  const auto [k, s, span] = place_among(track.at, time);
+  if (track.steps == Steps::hold || s == 0) return values[k];
+  const auto next = k + 1;
   if (track.steps == Steps::linear) return values[k] + s * (values[next] - values[k]);
   return hermite(values[k], slope_at(track, k), values[next], slope_at(track, next), span, s);
 }

@@ -181,9 +181,7 @@ public:
           powers_[static_cast<std::size_t>(picture)][laser] / colours_->white_powers[laser];
       for (float& pixel : light[laser].pixels) pixel = static_cast<float>(double{pixel} * gain);
     }
-    return {{},
-            picture_of_lasers(*colours_,
-                              {std::move(light[0]), std::move(light[1]), std::move(light[2])})};
+    return {{}, picture_of_lasers(*colours_, light)};
   }
 
 private:

@@ -35,11 +35,11 @@ std::optional<glm::dvec2> window_of(const ViewOptions& options) {
   return vector_of(*options.window_m);
 }
 
-/// Progress of one of three lasers, which come one after another.
-Progress part_of(const Progress& progress, int laser) {
+/// Progress of one of several lasers, which come one after another.
+Progress part_of(const Progress& progress, std::size_t laser, std::size_t lasers) {
   if (!progress) return {};
-  return [progress, laser](const std::string& what, double share) {
-    return progress(what, (laser + share) / 3);
+  return [progress, laser, lasers](const std::string& what, double share) {
+    return progress(what, (static_cast<double>(laser) + share) / static_cast<double>(lasers));
   };
 }
 
@@ -134,17 +134,16 @@ Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOpti
 
 Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
   if (hologram.lasers() == 1) return reconstruct(hologram.shown(), hologram.pixels(), options);
-  const auto lasers = laser_set(
-      {hologram.wavelengths_m()[0], hologram.wavelengths_m()[1], hologram.wavelengths_m()[2]});
-  std::array<Image, 3> light;
-  for (std::size_t i = 0; i < light.size(); ++i) {
+  const auto lasers = laser_set(hologram.wavelengths_m());
+  std::vector<Image> light;
+  for (std::size_t i = 0; i < lasers.count(); ++i) {
     const auto of_laser = hologram.laser(static_cast<int>(i));
     auto how = options;
-    how.progress = part_of(options.progress, static_cast<int>(i));
+    how.progress = part_of(options.progress, i, lasers.count());
     auto seen = reconstruct(of_laser.shown(), of_laser.pixels(), how);
     const double gain = hologram.powers()[i] / lasers.white_powers[i];
     for (float& pixel : seen.pixels) pixel = static_cast<float>(double{pixel} * gain);
-    light[i] = {seen.nx, seen.ny, std::move(seen.pixels)};
+    light.push_back({seen.nx, seen.ny, std::move(seen.pixels)});
   }
   return as_picture(picture_of_lasers(lasers, light));
 }
@@ -161,14 +160,11 @@ Picture lens(const Scene& scene, const ViewOptions& options, int points) {
   std::vector<Image> seen;
   for (std::size_t i = 0; i < plans.size(); ++i) {
     if (plans.size() > 1) arrays.show(plans[i]);
-    const auto progress =
-        plans.size() > 1 ? part_of(options.progress, static_cast<int>(i)) : options.progress;
+    const auto progress = part_of(options.progress, i, plans.size());
     seen.push_back(lens_picture(opened.device, plans[i], arrays, what, share_of(progress, "lens")));
   }
   if (seen.size() == 1) return as_picture(std::move(seen[0]));
-  return as_picture(
-      picture_of_lasers(scenes[0].colour.value().lasers,
-                        {std::move(seen[0]), std::move(seen[1]), std::move(seen[2])}));
+  return as_picture(picture_of_lasers(scenes[0].colour.value().lasers, seen));
 }
 
 Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,

@@ -32,16 +32,13 @@ const char* name_of(cl::DeviceKind kind) {
   return "other";
 }
 
-Method method_of(const std::string& name) {
-  if (name == "wrp") return Method::wrp;
-  if (name == "points") return Method::points;
-  if (name == "rays") return Method::rays;
-  throw InputError("method " + in_quotes(name) + ": unknown; there are wrp, points and rays");
+Method method_of(const RenderOptions& options) {
+  return raywave::method_of(options.method, "method " + in_quotes(options.method));
 }
 
 raywave::RenderOptions options_of(const RenderOptions& options, const Opened& opened) {
   raywave::RenderOptions how;
-  how.method = method_of(options.method);
+  how.method = method_of(options);
   if (options.rays_per_axis < 1 || options.rays_per_axis > 1000)
     throw InputError("rays: must be 1 to 1000, got " + std::to_string(options.rays_per_axis));
   how.rays_per_axis = options.rays_per_axis;
@@ -57,7 +54,7 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
                                     std::vector<std::string>& warnings) {
   auto scenes = scene.scenes;
   if (const auto goal = goal_of(options.goal); goal.any()) {
-    if (method_of(options.method) != Method::wrp)
+    if (method_of(options) != Method::wrp)
       throw InputError("preset, budget and psnr plan method \"wrp\" alone");
     if (scene.is_planned)
       throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
@@ -219,7 +216,8 @@ std::span<const std::uint8_t> Hologram::levels() const {
 
 Levels Hologram::for_slm(int frame) const {
   if (lasers_ > 1)
-    throw InputError("for_slm: of three lasers, ask the hologram of one for the picture it needs");
+    throw InputError(
+        "for_slm: of several lasers, ask the hologram of one for the picture it needs");
   if (frame < 0 || frame >= frames())
     throw InputError("frame " + std::to_string(frame) + ": there are " + std::to_string(frames()) +
                      ", counted from 0");

@@ -62,7 +62,7 @@ SlmSpec Slm::State::at(double wavelength_m) const {
     if (std::abs(wavelengths_m[i] - wavelength_m) < same_m) return specs[i];
     names += (i > 0 ? ", " : "") + length_text(wavelengths_m[i]);
   }
-  throw InputError("wavelength: the SLM is that of a scene of three lasers, " + names + ", got " +
+  throw InputError("wavelength: the SLM is that of a scene of several lasers, " + names + ", got " +
                    length_text(wavelength_m));
 }
 

@@ -56,13 +56,13 @@ struct Scene::State {
 };
 
 struct Slm::State {
-  // Of a scene, or the default; else the text's. With three lasers, those of each wavelength
+  // Of a scene, or the default; else the text's. With several lasers, those of each wavelength
   std::vector<SlmSpec> specs;
-  std::vector<double> wavelengths_m;  // of three lasers, as many
+  std::vector<double> wavelengths_m;  // of several lasers, as many
   SceneText text;
   std::vector<std::string> overrides;
 
-  /// throws  InputError when the SLM is that of three lasers, and this is the wavelength of none
+  /// throws  InputError when the SLM is that of several lasers, and this is the wavelength of none
   SlmSpec at(double wavelength_m) const;
 };
 

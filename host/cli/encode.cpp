@@ -43,12 +43,21 @@ struct EncodedLaser {
   std::vector<std::vector<Level>> levels;
 };
 
-/// Encodes the fields of three lasers. Those that show amplitudes have one scale, that of the
+/// Encodes the field of each laser. Those that show amplitudes have one scale, that of the
 /// brightest.
 template <class Level>
-void encode_lasers(const EncodeArguments& options, const ReportedLasers& reported,
-                   std::vector<EncodedLaser<Level>> lasers, const cl::Device& device) {
-  const auto format = picture_format_of(options.format);
+std::vector<EncodedLaser<Level>> encode_each(const LaserHolograms& holograms,
+                                             const DeviceOptions& on) {
+  std::vector<EncodedLaser<Level>> lasers;
+  for (const auto& one : holograms.each) {
+    auto& laser = lasers.emplace_back();
+    laser.field = one.load();
+    const glm::ivec2 size(laser.field.nx, laser.field.ny);
+    laser.spec = one.spec(size);
+    laser.panel = std::make_shared<const Panel>(one.slm_spec(), size, laser.spec.pitch_m,
+                                                laser.spec.wavelength_m);
+  }
+  const cl::Device device(on.info());
   double clip = 0;
   for (auto& laser : lasers) {
     laser.encoder = std::make_unique<Encoder>(device, laser.panel);
@@ -60,123 +69,79 @@ void encode_lasers(const EncodeArguments& options, const ReportedLasers& reporte
     laser.encoder->show_up_to(clip);
     laser.levels = encode<Level>(device, *laser.encoder, laser.field);
   }
+  return lasers;
+}
 
-  OutputSet out(options.out);
+/// Powers of lasers whose levels show amplitudes up to the same one.
+template <class Level>
+std::vector<double> powers_of(const LaserSet& set, const std::vector<EncodedLaser<Level>>& lasers) {
+  double clip = 0;
+  for (const auto& laser : lasers) clip = std::max(clip, laser.encoder->own_clip());
+  std::vector<double> needs;
+  for (const auto& [field, spec, panel, encoder, levels] : lasers)
+    needs.push_back(panel->slm().encoding == Encoding::phase ? mean_light_of(field)
+                                                             : clipping_loss(field, clip));
+  return laser_powers(set, needs);
+}
+
+template <class Level>
+void encode_all(const EncodeArguments& options, const LaserHolograms& holograms) {
+  const auto format = picture_format_of(options.format);
+  const auto lasers = encode_each<Level>(holograms, options.device);
+  std::vector<double> powers;
   nlohmann::ordered_json report;
-  auto& colour = report["colour"];
-  colour = colour_json({reported.lasers});
-  const auto encoding = lasers[0].panel->slm().encoding;
-  std::vector<double> energies, needs;
-  for (const auto& laser : lasers) {
-    energies.push_back(mean_light_of(laser.field));
-    needs.push_back(encoding == Encoding::phase ? energies.back()
-                                                : clipping_loss(laser.field, clip));
+  if (holograms.lasers) {
+    powers = powers_of(holograms.lasers->lasers, lasers);
+    report["colour"] = colour_json({holograms.lasers->lasers});
   }
-  const auto powers = laser_powers(reported.lasers, needs);
+  OutputSet out(options.out);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
-    const auto& laser = lasers[i];
-    const auto stem = "hologram_" + laser_name(laser.spec.wavelength_m);
-    const auto pictures =
-        save_pictures(out.folder(), stem, format, *laser.panel, laser.levels, laser.field);
+    const auto& [field, spec, panel, encoder, levels] = lasers[i];
+    const auto stem = "hologram" + laser_suffix(spec.wavelength_m, lasers.size());
+    const auto pictures = save_pictures(out.folder(), stem, format, *panel, levels, field);
     for (const auto& name : pictures) out.add(name);
     if (format == PictureFormat::mat) {
       const auto name = stem + "_nrsh.txt";
-      write_text(out.folder() / name, nrsh_configuration(laser.spec, name));
+      write_text(out.folder() / name, nrsh_configuration(spec, name));
       out.add(name);
     }
-    auto& told = colour["lasers"][i];
+    auto of_laser = encoded_report(spec, panel->slm(), field.frames, format, pictures);
+    if (!holograms.lasers) {
+      report = std::move(of_laser);
+      break;
+    }
+    auto& told = report["colour"]["lasers"][i];
     told["power"] = powers[i];
     told["duty"] = 1.0 / static_cast<double>(lasers.size());
-    told["mean_irradiance"] = energies[i];
+    told["mean_irradiance"] = mean_light_of(field);
     told["pictures"] = pictures;
-    told["report"] =
-        encoded_report(laser.spec, laser.panel->slm(), laser.field.frames, format, pictures);
+    told["report"] = std::move(of_laser);
   }
   const auto text = out.finish(report);
   if (options.report.prints_text()) {
     const auto& first = lasers[0];
-    std::printf("%d x %d pixels, %d %s of each laser, by %s\n", first.field.nx, first.field.ny,
+    std::printf("%d x %d pixels, %d %s%s, by %s\n", first.field.nx, first.field.ny,
                 first.field.frames, first.field.frames == 1 ? "frame" : "frames",
-                name_of(encoding).c_str());
-    for (std::size_t i = 0; i < lasers.size(); ++i)
+                powers.empty() ? "" : " of each laser",
+                name_of(first.panel->slm().encoding).c_str());
+    for (std::size_t i = 0; i < powers.size(); ++i)
       std::printf("%s: power %.3f\n", length_text(lasers[i].spec.wavelength_m).c_str(), powers[i]);
     out.print();
   }
   options.report.write(text);
 }
 
-void run_encode_lasers(const EncodeArguments& options, const ReportedLasers& reported) {
-  const std::filesystem::path report(options.hologram.files.at(0));
-  if (!options.hologram.pixels.wavelength.empty())
-    throw InputError("--wavelength is for one field; those of a report have their own");
-  for (const auto& files : reported.files)
-    if (files.field.empty())
-      throw InputError(one_line(report.string()) +
-                       ": its fields were not kept; render without --no-field (raywave refine "
-                       "keeps phases alone)");
-  const auto encoded = [&]<class Level>(const Level&) {
-    std::vector<EncodedLaser<Level>> lasers;
-    for (const auto& files : reported.files) {
-      auto of_laser = options.hologram;
-      of_laser.files = {
-          (report.parent_path() / std::filesystem::path(files.field).filename()).string()};
-      require_of_report(report, {of_laser.files.begin(), of_laser.files.end()});
-      auto& laser = lasers.emplace_back();
-      laser.field = of_laser.load();
-      const glm::ivec2 size(laser.field.nx, laser.field.ny);
-      laser.spec = of_laser.spec(size);
-      laser.spec.wavelength_m = reported.lasers.wavelengths_m[lasers.size() - 1];
-      laser.panel = std::make_shared<const Panel>(of_laser.slm_spec(), size, laser.spec.pitch_m,
-                                                  laser.spec.wavelength_m);
-    }
-    const cl::Device device(options.device.info());
-    encode_lasers(options, reported, std::move(lasers), device);
-  };
-  auto of_first = options.hologram;
-  of_first.files = {(report.parent_path() / reported.files[0].field).string()};
-  of_first.slm_spec().bits > 8 ? encoded(std::uint16_t{}) : encoded(std::uint8_t{});
-}
-
 void run_encode(const EncodeArguments& options) {
-  const auto format = picture_format_of(options.format);
-  const auto& files = options.hologram.files;
-  if (files.size() == 1 && extension_of(files[0]) == ".json") {
-    if (const auto reported = lasers_of_report(files[0])) {
-      run_encode_lasers(options, *reported);
-      return;
-    }
-  }
-  if (extension_of(files.at(0)) != ".npy")
-    throw InputError(in_quotes(files[0]) +
+  picture_format_of(options.format);  // refused before any work
+  const LaserHolograms holograms(options.hologram, true);
+  if (!holograms.lasers && extension_of(options.hologram.files[0]) != ".npy")
+    throw InputError(in_quotes(options.hologram.files[0]) +
                      ": encode takes the complex field that render writes, field.npy, or the "
-                     "report.json of three lasers");
-  const auto field = options.hologram.load();
-  const glm::ivec2 size(field.nx, field.ny);
-  const auto spec = options.hologram.spec(size);
-  const auto slm = options.hologram.slm_spec();
-  const auto panel = std::make_shared<const Panel>(slm, size, spec.pitch_m, spec.wavelength_m);
-  const cl::Device device(options.device.info());
-  Encoder encoder(device, panel);
-
-  OutputSet out(options.out);
-  const auto save = [&](const auto& levels) {
-    return save_pictures(out.folder(), "hologram", format, *panel, levels, field);
-  };
-  const auto pictures = slm.bits > 8 ? save(encode<std::uint16_t>(device, encoder, field))
-                                     : save(encode(device, encoder, field));
-  for (const auto& name : pictures) out.add(name);
-  if (format == PictureFormat::mat) {
-    const std::string name = "hologram_nrsh.txt";
-    write_text(out.folder() / name, nrsh_configuration(spec, name));
-    out.add(name);
-  }
-  const auto report = out.finish(encoded_report(spec, slm, field.frames, format, pictures));
-  if (options.report.prints_text()) {
-    std::printf("%d x %d pixels, %d %s, by %s\n", size.x, size.y, field.frames,
-                field.frames == 1 ? "frame" : "frames", name_of(panel->slm().encoding).c_str());
-    out.print();
-  }
-  options.report.write(report);
+                     "report.json of several lasers");
+  if (holograms.lasers && !options.hologram.pixels.wavelength.empty())
+    throw InputError("--wavelength is for one field; those of a report have their own");
+  holograms.each[0].slm_spec().bits > 8 ? encode_all<std::uint16_t>(options, holograms)
+                                        : encode_all<std::uint8_t>(options, holograms);
 }
 
 }  // namespace
@@ -188,7 +153,8 @@ void add_encode(CLI::App& app) {
                   "build/raywave render data/study.toml -o out\n"
                   "build/raywave encode out/field.npy --slm data/bench.toml -o encoded");
   auto options = std::make_shared<EncodeArguments>();
-  options->hologram.add_to(*command, "field.npy, or report.json of three lasers for their fields");
+  options->hologram.add_to(*command,
+                           "field.npy, or report.json of several lasers for their fields");
   add_set(*command, options->hologram.set);
   options->device.add_device_to(*command);
   command

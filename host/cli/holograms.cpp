@@ -34,7 +34,7 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
     const auto json = nlohmann::json::parse(in);
     if (json.contains("colour"))
       throw InputError(one_line(report.string()) +
-                       ": is of three lasers, and this takes one: give hologram_638nm.png or the "
+                       ": is of several lasers, and this takes one: give hologram_638nm.png or the "
                        "like");
     if (json.contains("animation"))
       throw InputError(one_line(report.string()) +
@@ -172,6 +172,27 @@ FieldStack HologramOptions::load() const {
     return shown_field(Panel(slm, size, hologram.pitch_m, hologram.wavelength_m), frames);
   };
   return slm.bits > 8 ? shown_by(std::uint16_t{}) : shown_by(std::uint8_t{});
+}
+
+LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
+  const std::filesystem::path report(options.files.at(0));
+  if (options.files.size() == 1 && extension_of(report) == ".json")
+    lasers = lasers_of_report(report);
+  if (!lasers) {
+    each = {options};
+    return;
+  }
+  for (const auto& files : lasers->files) {
+    if (fields && files.field.empty())
+      throw InputError(one_line(report.string()) +
+                       ": its fields were not kept; render without --no-field (raywave refine "
+                       "keeps phases alone)");
+    auto& one = each.emplace_back(options);
+    one.files.clear();
+    for (const auto& name : fields ? std::vector{files.field} : files.pictures)
+      one.files.push_back((report.parent_path() / std::filesystem::path(name).filename()).string());
+    require_of_report(report, {one.files.begin(), one.files.end()});
+  }
 }
 
 template <class Level>

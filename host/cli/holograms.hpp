@@ -4,12 +4,14 @@
 
 #include <filesystem>
 #include <nlohmann/json_fwd.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "host/cli/options.hpp"
 #include "host/common/npy.hpp"
 #include "host/encode/pictures.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/scene/slm.hpp"
 
 namespace raywave::cli {
@@ -46,6 +48,16 @@ struct HologramOptions {
   /// The complex field of a .npy file; or what an SLM shows of pictures, one frame each. A
   /// report.json stands for the pictures that were rendered with it.
   FieldStack load() const;
+};
+
+/// The holograms of the lasers that a report.json tells of; of other files, those of one laser.
+struct LaserHolograms {
+  std::optional<ReportedLasers> lasers;
+  std::vector<HologramOptions> each;
+
+  /// fields  of a report, the fields instead of the pictures
+  /// throws  InputError when they were not kept, or are of another render
+  LaserHolograms(const HologramOptions& options, bool fields);
 };
 
 /// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned

@@ -23,9 +23,6 @@ namespace {
 
 using Json = nlohmann::ordered_json;
 
-constexpr std::array<std::pair<const char*, Method>, 3> methods{
-    {{"wrp", Method::wrp}, {"points", Method::points}, {"rays", Method::rays}}};
-
 constexpr std::array presets{Preset::draft, Preset::balanced, Preset::accurate, Preset::reference};
 
 /// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.
@@ -173,7 +170,7 @@ void MethodOptions::add_to(CLI::App& command) {
       .add_option("--method", name,
                   "wrp: rays to WRPs, propagated to the hologram; points: every surface sample to "
                   "every pixel (reference, slow); rays: rays from every pixel")
-      ->type_name(choices(methods, [](const auto& known) { return known.first; }))
+      ->type_name(choices(all_methods, [](Method method) { return name_of(method); }))
       ->capture_default_str()
       ->group(group::method);
   command.add_option("--rays", rays_per_axis, "Rays per axis and pixel of --method rays")
@@ -183,12 +180,7 @@ void MethodOptions::add_to(CLI::App& command) {
       ->group(group::method);
 }
 
-Method MethodOptions::method() const {
-  for (const auto& [known, value] : methods) {
-    if (name == known) return value;
-  }
-  throw InputError("--method " + one_line(name) + ": unknown; there are wrp, points and rays");
-}
+Method MethodOptions::method() const { return method_of(name, "--method " + one_line(name)); }
 
 void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
                           const std::string& default_window) {

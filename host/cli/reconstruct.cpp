@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/reconstruct.hpp"
 
-#include <array>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -17,7 +16,6 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/report.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 
@@ -50,76 +48,23 @@ struct ReconstructArguments {
   }
 };
 
-/// What the three holograms of a report show, in colour.
-void reconstruct_lasers(const ReconstructArguments& options, const ReportedLasers& reported) {
-  const std::filesystem::path report(options.hologram.files[0]);
-  std::array<FieldStack, 3> holograms;
-  std::array<HologramSpec, 3> specs;
-  ViewerSpec viewer;
-  for (std::size_t i = 0; i < 3; ++i) {
-    auto of_laser = options.hologram;
-    of_laser.files.clear();
-    if (options.field && reported.files[i].field.empty())
-      throw InputError(one_line(report.string()) +
-                       ": its fields were not kept; render without --no-field");
-    for (const auto& name :
-         options.field ? std::vector{reported.files[i].field} : reported.files[i].pictures)
-      of_laser.files.push_back(
-          (report.parent_path() / std::filesystem::path(name).filename()).string());
-    require_of_report(report, {of_laser.files.begin(), of_laser.files.end()});
-    holograms[i] = of_laser.load();
-    specs[i] = of_laser.spec({holograms[i].nx, holograms[i].ny});
-    viewer = options.viewer(of_laser);
-  }
-
-  ReconstructSpec what;
-  what.window_m = options.depths.window_m();
-  what.view = options.view.view();
-  what.aperture = options.view.aperture();
-  options.view.check_percentile();
-  const cl::Device device(options.device.info());
-  const auto backend = options.device.backend(device.info());
-  auto pictures = nlohmann::ordered_json::array();
-  for (const double z_m : options.depths.depths_m([&] { return viewer; })) {
-    what.z_m = z_m;
-    const auto name = name_at_depth("reconstruction", z_m);
-    std::array<Image, 3> light;
-    {
-      ProgressBar bar(options.report.quiet);
-      for (std::size_t i = 0; i < 3; ++i) {
-        light[i] = reconstruct(device, backend, holograms[i], specs[i], what, [&](double share) {
-          bar.show(name, (static_cast<double>(i) + share) / 3);
-        });
-        // Fields have the unit of white already
-        for (float& pixel : light[i].pixels)
-          pixel = static_cast<float>(double{pixel} * (options.field ? 1 : reported.gain(i)));
-      }
-    }
-    pictures.push_back(options.view.save(picture_of_lasers(reported.lasers, light), name, z_m,
-                                         "light", options.report));
-  }
-  options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
-}
-
 void run_reconstruct(const ReconstructArguments& options) {
-  if (const auto& files = options.hologram.files;
-      files.size() == 1 && extension_of(files[0]) == ".json") {
-    if (const auto reported = lasers_of_report(files[0])) {
-      reconstruct_lasers(options, *reported);
-      return;
-    }
+  const LaserHolograms given(options.hologram, options.field);
+  if (options.field && !given.lasers)
+    throw InputError("--field takes the report of several lasers; give field.npy for one");
+  std::vector<FieldStack> holograms;
+  std::vector<HologramSpec> specs;
+  for (const auto& one : given.each) {
+    holograms.push_back(one.load());
+    specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
   }
-  if (options.field)
-    throw InputError("--field takes the report of three lasers; give field.npy for one");
-  const auto hologram = options.hologram.load();
-  const auto spec = options.hologram.spec({hologram.nx, hologram.ny});
 
   ReconstructSpec what;
   what.window_m = options.depths.window_m();
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m([&] { return options.viewer(options.hologram); });
+  const auto depths_m = options.depths.depths_m([&] { return options.viewer(given.each[0]); });
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
@@ -127,13 +72,24 @@ void run_reconstruct(const ReconstructArguments& options) {
   for (const double z_m : depths_m) {
     what.z_m = z_m;
     const auto name = name_at_depth("reconstruction", z_m);
-    Image image;
+    std::vector<Image> light;
     {
       ProgressBar bar(options.report.quiet);
-      image = reconstruct(device, backend, hologram, spec, what,
-                          [&](double share) { bar.show(name, share); });
+      for (std::size_t i = 0; i < holograms.size(); ++i) {
+        light.push_back(
+            reconstruct(device, backend, holograms[i], specs[i], what, [&](double share) {
+              bar.show(name,
+                       (static_cast<double>(i) + share) / static_cast<double>(holograms.size()));
+            }));
+        // Fields have the unit of white already
+        const double gain = given.lasers && !options.field ? given.lasers->gain(i) : 1;
+        for (float& pixel : light[i].pixels) pixel = static_cast<float>(double{pixel} * gain);
+      }
     }
-    pictures.push_back(options.view.save(image, name, z_m, "intensity", options.report));
+    pictures.push_back(given.lasers
+                           ? options.view.save(picture_of_lasers(given.lasers->lasers, light), name,
+                                               z_m, "light", options.report)
+                           : options.view.save(light[0], name, z_m, "intensity", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
@@ -151,7 +107,7 @@ void add_reconstruct(CLI::App& app) {
                            "frames), or field.npy");
   command
       ->add_flag("--field", options->field,
-                 "Of a report of three lasers: show their fields, which no SLM shows")
+                 "Of a report of several lasers: show their fields, which no SLM shows")
       ->group(group::pictures);
   options->depths.add_to(*command, "", "the hologram's");
   command

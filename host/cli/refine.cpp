@@ -144,7 +144,7 @@ RefineSettings settings_of(const RefineArguments& options, const Scene& scene, d
   return settings;
 }
 
-/// The phases of --start, of each laser: a refined.npy, or of three lasers those that an earlier
+/// The phases of --start, of each laser: a refined.npy, or of several lasers those that an earlier
 /// report.json names. None where it is not given.
 std::vector<FieldStack> starts_of(const std::string& start, const std::vector<Scene>& scenes) {
   if (start.empty()) return {};
@@ -154,16 +154,19 @@ std::vector<FieldStack> starts_of(const std::string& start, const std::vector<Sc
     if (is_report)
       throw InputError(what +
                        ": one laser goes on from refined.npy, or refined_638nm.npy or the "
-                       "like of three");
+                       "like of several");
     return {load_npy(start)};
   }
   if (!is_report)
     throw InputError(what +
-                     ": three lasers go on from the report.json beside their "
+                     ": several lasers go on from the report.json beside their "
                      "refined_638nm.npy and the like");
   const std::filesystem::path report(start);
   const auto reported = lasers_of_report(report);
-  if (!reported) throw InputError(what + ": is of one wavelength; the scene has three lasers");
+  if (!reported) throw InputError(what + ": is of one wavelength; the scene has several lasers");
+  if (reported->lasers.count() != scenes.size())
+    throw InputError(what + ": is of " + std::to_string(reported->lasers.count()) +
+                     " lasers, the scene of " + std::to_string(scenes.size()));
   std::vector<FieldStack> starts;
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     const double wavelength_m = scenes[i].hologram.wavelength_m;
@@ -426,7 +429,7 @@ void add_refine(CLI::App& app) {
   command
       ->add_option("--start", options->start,
                    "Begin with the phases of this field instead of the rendered one: goes on where "
-                   "an earlier refined.npy ended; of three lasers, an earlier report.json")
+                   "an earlier refined.npy ended; of several lasers, an earlier report.json")
       ->type_name("FILE")
       ->group(group::refinement);
   command
@@ -446,7 +449,7 @@ void add_refine(CLI::App& app) {
   add_lens_points(*command, options->lens_points);
   options->device.add_to(*command);
   add_output(*command, options->out,
-             "hologram.png, refined.npy and report.json; of three lasers hologram_638nm.png ...")
+             "hologram.png, refined.npy and report.json; of several lasers hologram_638nm.png ...")
       ->required();
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_refine(*options); });

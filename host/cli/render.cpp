@@ -146,8 +146,10 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
 void run_render(const RenderArguments& options) {
   auto scenes = options.scene.load_all(options.report);
   const bool is_colour = scenes.size() > 1;
-  if (options.rgb && !is_colour)
-    throw InputError("--rgb packs the holograms of three lasers: give hologram.wavelength three");
+  if (options.rgb && scenes.size() != 3)
+    throw InputError("--rgb packs the holograms of three lasers, and the scene has " +
+                     std::to_string(scenes.size()) +
+                     ": leave it out, or give hologram.wavelength three");
   const cl::Device device(options.device.info());
   RenderOptions how;
   how.fft = options.device.backend(device.info());

@@ -2,11 +2,16 @@
 #include "host/common/colour.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstddef>
+#include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
+#include <limits>
 #include <numbers>
 #include <stdexcept>
+
+#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -189,25 +194,94 @@ double srgb_of(double linear) {
   return v <= 0.0031308 ? 12.92 * v : 1.055 * std::pow(v, 1 / 2.4) - 0.055;
 }
 
-LaserSet laser_set(const std::array<double, 3>& wavelengths_m) {
+namespace {
+
+/// Powers of lasers for a colour: powers[i] = dot(rows[i], rgb).
+using PowersOfRgb = std::vector<glm::dvec3>;
+
+/// Those of two or three lasers: the (pseudo-)inverse of their colours.
+///
+/// rgb      linear sRGB of each laser, for a power of one
+/// returns  nothing for lasers on a line of the chromaticity diagram, which mix nothing else
+PowersOfRgb powers_of(const std::vector<glm::dvec3>& rgb) {
+  if (rgb.size() == 2) {
+    constexpr double least_share = 1e-9;
+    const double aa = glm::dot(rgb[0], rgb[0]), ab = glm::dot(rgb[0], rgb[1]),
+                 bb = glm::dot(rgb[1], rgb[1]), square = aa * bb - ab * ab;
+    if (!(square > least_share * aa * bb)) return {};
+    return {(bb * rgb[0] - ab * rgb[1]) / square, (aa * rgb[1] - ab * rgb[0]) / square};
+  }
+  constexpr double least_volume = 5e-9;
+  const glm::dmat3 lasers(rgb[0], rgb[1], rgb[2]);
+  if (!(std::abs(glm::determinant(lasers)) > least_volume)) return {};
+  const auto rows = glm::transpose(glm::inverse(lasers));
+  return {rows[0], rows[1], rows[2]};
+}
+
+/// Mean mix of a primary of sRGB over the threes that mix it; without light that a laser would have
+/// to take away where some can do so, else of those that need the least of it.
+struct Mix {
+  std::vector<double> powers;
+  double taken = std::numeric_limits<double>::infinity();
+  int parts = 0;
+
+  void add(const PowersOfRgb& rows, const std::vector<std::size_t>& of, int primary) {
+    double taken_here = 0;
+    for (const auto& row : rows) taken_here += std::max(0.0, -row[primary]);
+    if (taken_here > taken) return;
+    if (taken_here < taken) std::fill(powers.begin(), powers.end(), 0), parts = 0;
+    taken = taken_here;
+    ++parts;
+    for (std::size_t i = 0; i < of.size(); ++i) powers[of[i]] += rows[i][primary];
+  }
+};
+
+}  // namespace
+
+double LaserSet::white_error() const {
+  const auto wanted = xyz_from_srgb() * glm::dvec3(1);
+  return delta_e_2000(lab_of(xyz_from_srgb() * white(), wanted), lab_of(wanted, wanted));
+}
+
+LaserSet laser_set(const std::vector<double>& wavelengths_m) {
   LaserSet set;
   set.wavelengths_m = wavelengths_m;
-  const glm::dmat3 lasers(xyz_of_wavelength(wavelengths_m[0]), xyz_of_wavelength(wavelengths_m[1]),
-                          xyz_of_wavelength(wavelengths_m[2]));
-  // Lasers on a line of the chromaticity diagram mix nothing else
-  constexpr double least_volume = 1e-9;
-  if (!(std::abs(glm::determinant(lasers)) > least_volume))
-    throw std::invalid_argument("their colours lie on a line");
-  const auto white = glm::inverse(lasers) * white_xyz();
-  if (!(white.x > 0 && white.y > 0 && white.z > 0))
-    throw std::invalid_argument("white (D65) is beyond the colours that they mix");
-  const double sum = white.x + white.y + white.z;
-  for (int i = 0; i < 3; ++i) {
-    set.white_powers[static_cast<std::size_t>(i)] = white[i] / sum;
-    set.xyz_from_lasers[i] = lasers[i] * white[i];
+  const auto count = wavelengths_m.size();
+  const auto rgb_from_xyz = glm::inverse(xyz_from_srgb());
+  for (const double wavelength_m : wavelengths_m)
+    set.rgb.push_back(rgb_from_xyz * xyz_of_wavelength(wavelength_m));
+
+  std::array<Mix, 3> mixes;
+  for (auto& mix : mixes) mix.powers.resize(count);
+  std::vector<bool> is_in(count);  // every three, or both
+  std::fill_n(is_in.begin(), std::min<std::size_t>(count, 3), true);
+  do {
+    std::vector<std::size_t> of;
+    std::vector<glm::dvec3> rgb;
+    for (std::size_t i = 0; i < count; ++i)
+      if (is_in[i]) of.push_back(i), rgb.push_back(set.rgb[i]);
+    if (const auto rows = powers_of(rgb); !rows.empty())
+      for (int primary = 0; primary < 3; ++primary)
+        mixes[static_cast<std::size_t>(primary)].add(rows, of, primary);
+  } while (std::prev_permutation(is_in.begin(), is_in.end()));
+  if (mixes[0].parts == 0) throw std::invalid_argument("their colours lie on a line");
+
+  double sum = 0;
+  for (std::size_t i = 0; i < count; ++i) {
+    glm::dvec3 row;
+    for (std::size_t k = 0; k < 3; ++k)
+      row[static_cast<int>(k)] = mixes[k].powers[i] / mixes[k].parts;
+    const double in_white = row.x + row.y + row.z;
+    constexpr double least_power = 1e-6;
+    if (!(in_white > least_power))
+      throw std::invalid_argument("white (D65) has no light of " + length_text(wavelengths_m[i]) +
+                                  " in it");
+    set.from_rgb.push_back(row / in_white);
+    set.rgb[i] *= in_white;
+    set.white_powers.push_back(in_white);
+    sum += in_white;
   }
-  set.lasers_from_rgb = glm::inverse(set.xyz_from_lasers) * xyz_from_srgb();
-  set.rgb_from_lasers = glm::inverse(set.lasers_from_rgb);
+  for (double& power : set.white_powers) power /= sum;
   return set;
 }
 

@@ -1,12 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Colours of lasers: what light of one wavelength looks like, and how strongly each of three
+/// Colours of lasers: what light of one wavelength looks like, and how strongly each of several
 /// lasers shines for a colour (docs/colour.md). Colours are linear sRGB, in which (1, 1, 1) is D65.
 #pragma once
 
-#include <array>
+#include <cstddef>
 #include <glm/mat3x3.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <numeric>
+#include <vector>
 
 namespace raywave {
 
@@ -39,25 +41,33 @@ glm::dmat3 xyz_from_srgb();
 /// The sRGB value, 0 to 1, of linear light from 0 to 1; what lies beyond becomes 0 or 1.
 double srgb_of(double linear);
 
-/// Three lasers, and the light of each that makes a colour. The unit of each laser's light is what
-/// it has in white: (1, 1, 1) is white in lasers and in sRGB.
+/// Lasers, and the light of each that makes a colour. The unit of each laser's light is what it has
+/// in white: a light of 1 of all lasers is their white, as (1, 1, 1) is of sRGB.
 struct LaserSet {
-  std::array<double, 3> wavelengths_m{};
-  std::array<double, 3> white_powers{};  // radiant powers that are D65 together; their sum is 1
-  // Light of the lasers = lasers_from_rgb * colour. Negative where a laser would have to take light
-  // away: the colour is beyond the lasers' gamut, or a primary of sRGB is
-  glm::dmat3 lasers_from_rgb{1};
-  glm::dmat3 rgb_from_lasers{1};
-  glm::dmat3 xyz_from_lasers{1};
+  static constexpr std::size_t most = 8;
 
-  /// Weights of red, green and blue in the light of a laser; their sum is 1.
-  glm::dvec3 row(std::size_t laser) const {
-    const auto i = static_cast<int>(laser);
-    return {lasers_from_rgb[0][i], lasers_from_rgb[1][i], lasers_from_rgb[2][i]};
-  }
+  std::vector<double> wavelengths_m;
+  std::vector<double> white_powers;  // radiant powers that are white together; their sum is 1
+  // Weights of red, green and blue in the light of each laser; their sum is 1. Negative where a
+  // laser would have to take light away: the colour is beyond the lasers' gamut
+  std::vector<glm::dvec3> from_rgb;
+  std::vector<glm::dvec3> rgb;  // linear sRGB of the light that each has in white
+
+  std::size_t count() const { return wavelengths_m.size(); }
+  /// Linear sRGB of the white that the lasers mix: (1, 1, 1), D65, but for two of them.
+  glm::dvec3 white() const { return std::accumulate(rgb.begin(), rgb.end(), glm::dvec3(0)); }
+  /// CIEDE2000 of that white from D65.
+  double white_error() const;
 };
 
-/// throws  std::invalid_argument when the lasers cannot show white: a power of it would not be > 0
-LaserSet laser_set(const std::array<double, 3>& wavelengths_m);
+/// The mix of lasers for each of sRGB's primaries (docs/colour.md). Three lasers have but one. Two
+/// show the nearest colour, by least squares in linear sRGB. Of more, every three mix the primary:
+/// the mean of those that need no negative light of any laser, or else the three that need the
+/// least of it.
+///
+/// wavelengths_m  2 to `most`, different
+/// throws         std::invalid_argument when white, the sum of the primaries, has no light of a
+///                laser
+LaserSet laser_set(const std::vector<double>& wavelengths_m);
 
 }  // namespace raywave

@@ -267,14 +267,20 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
   const auto share_text = [](double share) { return format("%.3f", share); };
   const auto& lasers = planned.at(0).scene.colour.value().lasers;
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
-  out << "colour    three lasers in turn; linear sRGB, white D65\n";
+  out << "colour    " << planned.size() << " lasers in turn; linear sRGB, white D65";
+  if (const double error = lasers.white_error(); error > 0.1) {
+    const auto white = chromaticity_of(xyz_from_srgb() * lasers.white());
+    out << ", which is shown as (" << share_text(white.x) << ", " << share_text(white.y)
+        << "), a CIEDE2000 of " << format("%.1f", error) << " away";
+  }
+  out << "\n";
   std::vector<Scene> scenes;
   double seconds = 0;
   for (std::size_t i = 0; i < planned.size(); ++i) {
     const auto& scene = planned[i].scene;
     scenes.push_back(scene);
     seconds += planned[i].prediction.times.total_s();
-    const auto row = lasers.row(i);
+    const auto row = lasers.from_rgb[i];
     out << "laser     " << length_text(scene.hologram.wavelength_m) << ": "
         << share_text(lasers.white_powers[i]) << " of white's power; light " << share_text(row.x)
         << " R + " << share_text(row.y) << " G + " << share_text(row.z) << " B; shows "

@@ -290,8 +290,7 @@ private:
   /// The picture of what each laser shows: its light, or of several their colours.
   ImageList mixed(const ImageList& light) const {
     if (light.size() == 1) return light;
-    const auto rgb =
-        picture_of_lasers(scenes_[0].colour.value().lasers, {light[0], light[1], light[2]});
+    const auto rgb = picture_of_lasers(scenes_[0].colour.value().lasers, light);
     return {rgb.channels.begin(), rgb.channels.end()};
   }
 
@@ -483,10 +482,9 @@ Json delta_e_json(const ColourComparison& figures) {
 
 Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
                   const cl::DeviceInfo& device, const RenderOptions& how, const QualitySpec& what) {
-  constexpr const char* methods[] = {"wrp", "points", "rays"};
   const auto& first = result.render.lasers.at(0);
   const bool is_colour = scenes.size() > 1;
-  Json json{{"method", methods[static_cast<int>(how.method)]},
+  Json json{{"method", name_of(how.method)},
             {"picture_size", {result.picture_size.x, result.picture_size.y}},
             {"frames", first.field.frames},
             {"encoding", name_of(first.plan.slm.encoding)},

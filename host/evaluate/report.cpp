@@ -30,7 +30,7 @@ std::uint64_t host_peak_bytes() {
 
 /// Light, over that of white, that a laser would have to take away for some colour of sRGB.
 double most_negative(const LaserSet& lasers, std::size_t laser) {
-  const auto row = lasers.row(laser);
+  const auto row = lasers.from_rgb[laser];
   return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
 }
 
@@ -90,8 +90,11 @@ Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
 
 Json colour_json(const ColourSpec& colour) {
   Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
-  for (std::size_t i = 0; i < colour.lasers.wavelengths_m.size(); ++i) {
-    const auto row = colour.lasers.row(i);
+  const auto white = chromaticity_of(xyz_from_srgb() * colour.lasers.white());
+  j["white_shown"] = {{"chromaticity", {white.x, white.y}},
+                      {"delta_e_2000", colour.lasers.white_error()}};
+  for (std::size_t i = 0; i < colour.lasers.count(); ++i) {
+    const auto row = colour.lasers.from_rgb[i];
     j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
                            {"white_power", colour.lasers.white_powers[i]},
                            {"from_rgb", {row.x, row.y, row.z}},
@@ -163,20 +166,18 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
                        "frame_00012_520nm.png, or see preview.mp4 for pictures in colour");
     const auto& all = json.at("colour").at("lasers");
     ReportedLasers found;
-    std::array<double, 3> wavelengths_m{};
-    for (std::size_t i = 0; i < 3; ++i) {
-      const auto& laser = all.at(i);
-      wavelengths_m[i] = laser.at("wavelength_m");
-      found.powers[i] = laser.at("power");
+    std::vector<double> wavelengths_m;
+    for (const auto& laser : all) {
+      wavelengths_m.push_back(laser.at("wavelength_m"));
+      found.powers.push_back(laser.at("power"));
       if (laser.at("report").contains("format")) {  // of encode
-        const auto format = picture_format_of(laser["report"]["format"].get<std::string>());
+        const auto format = picture_format_of(laser.at("report").at("format").get<std::string>());
         if (!is_read_again(format))
           throw InputError(one_line(report.string()) + ": its pictures have the format " +
                            name_of(format) + ", which is not read again; encode with --format png");
       }
-      found.files[i].pictures = laser.at("pictures").get<std::vector<std::string>>();
-      found.files[i].field = laser.value("field", "");
-      found.files[i].refined = laser.value("refined", "");
+      found.files.push_back({laser.at("pictures").get<std::vector<std::string>>(),
+                             laser.value("field", ""), laser.value("refined", "")});
     }
     found.lasers = laser_set(wavelengths_m);
     return found;

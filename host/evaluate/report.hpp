@@ -3,7 +3,6 @@
 /// tell when they are read again.
 #pragma once
 
-#include <array>
 #include <filesystem>
 #include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
@@ -71,8 +70,8 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
 /// What the report of a render in colour says of its lasers.
 struct ReportedLasers {
   LaserSet lasers;
-  std::array<LaserFiles, 3> files;
-  std::array<double, 3> powers{};  // as in Rendered
+  std::vector<LaserFiles> files;
+  std::vector<double> powers;  // as in Rendered
 
   /// Factor of the light that a hologram shows, so that it is 1 for all lasers where it is white.
   double gain(std::size_t laser) const { return powers[laser] / lasers.white_powers[laser]; }
@@ -83,7 +82,7 @@ struct ReportedLasers {
 std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& report);
 
 /// Pitch, wavelength and resolution of a hologram from the report.json beside it.
-/// file    a picture or field beside a report of three lasers, which tells the laser
+/// file    a picture or field beside a report of several lasers, which tells the laser
 /// throws  InputError when the report is missing or damaged
 HologramSpec hologram_of_report(const std::filesystem::path& report,
                                 const std::filesystem::path& file = {});

@@ -36,7 +36,7 @@ Json scene_of_report(const Json& report, const std::filesystem::path& name,
     }
   }
   throw InputError(one_line(name.string()) +
-                   ": is of three lasers; give the file of one: " + names);
+                   ": is of several lasers; give the file of one: " + names);
 }
 
 SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file) {

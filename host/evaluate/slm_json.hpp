@@ -11,11 +11,11 @@ namespace raywave {
 
 /// The SLM of a report.
 ///
-/// file    a picture or field beside a report of three lasers, which tells the laser
+/// file    a picture or field beside a report of several lasers, which tells the laser
 /// throws  InputError when the report is missing or damaged, or the flatness picture is gone
 SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file = {});
 
-/// "scene" of a report; of three lasers, that of the one whose picture or field the file is.
+/// "scene" of a report; of several lasers, that of the one whose picture or field the file is.
 ///
 /// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
 nlohmann::ordered_json scene_of_report(const nlohmann::ordered_json& report,

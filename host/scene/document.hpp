@@ -177,19 +177,27 @@ struct Value {
                               [&](const Value& v) { return v.length_m(range); });
   }
   /// A length, or an array of them.
-  std::vector<double> ascending_lengths_m(const Range& range, int most) const {
+  ///
+  /// check  is passed the value of each, and the lengths up to it
+  template <class Check>
+  std::vector<double> list_of_lengths_m(const Range& range, int most, Check check) const {
     if (!is_array()) return {length_m(range)};
     const auto& array = *node->as_array();
     std::vector<double> lengths;
     for (std::size_t i = 0; i < array.size(); ++i) {
       const Value one{document, array.get(i), path, label + "[" + std::to_string(i) + "]"};
       lengths.push_back(one.length_m(range));
-      if (i > 0 && !(lengths[i] > lengths[i - 1]))
-        one.fail("more than the one before, " + length_text(lengths[i - 1]));
+      check(one, lengths);
     }
     if (lengths.empty() || lengths.size() > static_cast<std::size_t>(most))
       fail("a length, or 1 to " + std::to_string(most) + " of them");
     return lengths;
+  }
+  std::vector<double> ascending_lengths_m(const Range& range, int most) const {
+    return list_of_lengths_m(range, most, [](const Value& one, const auto& lengths) {
+      if (const auto i = lengths.size() - 1; i > 0 && !(lengths[i] > lengths[i - 1]))
+        one.fail("more than the one before, " + length_text(lengths[i - 1]));
+    });
   }
   glm::dvec3 colour(const Range& range) const {
     if (node->is_number()) return glm::dvec3(number(range));
@@ -310,7 +318,7 @@ private:
   std::vector<std::string_view> known_;
 };
 
-/// Parses a text and applies the overrides (load_scene).
+/// Parses a text and applies the overrides (load_scenes).
 ///
 /// throws  InputError: one line with file and line
 Document parse_document(const SceneText& text, const std::vector<std::string>& overrides);

@@ -23,14 +23,9 @@ glm::dquat quaternion_of(const glm::dvec4& q) { return {q.w, q.x, q.y, q.z}; }
 glm::dvec4 value_at(const GltfChannel& channel, double time_s) {
   const bool is_cubic = channel.steps == Steps::cubic;
   const auto at = [&](std::size_t key) { return channel.values[is_cubic ? 3 * key + 1 : key]; };
-  const auto& times = channel.times_s;
-  if (time_s <= times.front()) return at(0);
-  if (time_s >= times.back()) return at(times.size() - 1);
-  const auto next = static_cast<std::size_t>(std::upper_bound(times.begin(), times.end(), time_s) -
-                                             times.begin());
-  const auto k = next - 1;
-  if (channel.steps == Steps::step) return at(k);
-  const double span = times[next] - times[k], s = (time_s - times[k]) / span;
+  const auto [k, s, span] = place_among(channel.times_s, time_s);
+  if (channel.steps == Steps::step || span == 0) return at(k);
+  const auto next = k + 1;
   const bool is_turn = channel.path == Path::rotation;
   if (is_cubic) {
     const auto value =

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_scene: the keys of a scene file.
+// load_scenes: the keys of a scene file.
 #include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
@@ -20,21 +20,18 @@ namespace {
 constexpr Range kAnyPosition = between(-1e4, 1e4);
 constexpr int kMostLayers = 16;
 
-/// One wavelength, or those of three lasers, which differ.
+/// One wavelength, or those of lasers, which differ.
 std::vector<double> read_wavelengths(const Value& v) {
-  if (!v.is_array())
-    return {
-        v.length_m(between(HologramSpec::least_wavelength_m, HologramSpec::largest_wavelength_m))};
-  constexpr double least_difference_m = 1e-9;
-  const auto three = v.vector<glm::dvec3>(
-      "one wavelength, or a list of three, such as [\"638 nm\", \"520 nm\", \"450 nm\"]",
-      [](const Value& one) { return one.length_m(between(least_visible_m, largest_visible_m)); });
-  for (int i = 0; i < 3; ++i) {
-    if (const int next = (i + 1) % 3; std::abs(three[i] - three[next]) < least_difference_m)
-      v.fail("three lasers of different colours (" + length_text(three[i]) + " and " +
-             length_text(three[next]) + " are the same)");
-  }
-  return {three.x, three.y, three.z};
+  const bool is_list = v.is_array() && v.node->as_array()->size() > 1;
+  const auto range =
+      is_list ? between(least_visible_m, largest_visible_m)
+              : between(HologramSpec::least_wavelength_m, HologramSpec::largest_wavelength_m);
+  return v.list_of_lengths_m(range, LaserSet::most, [](const Value& one, const auto& before) {
+    constexpr double least_difference_m = 1e-9;
+    for (std::size_t i = 0; i + 1 < before.size(); ++i)
+      if (std::abs(before[i] - before.back()) < least_difference_m)
+        one.fail("another colour than " + length_text(before[i]));
+  });
 }
 
 /// The laser that colour.only names.
@@ -48,40 +45,32 @@ std::size_t laser_of(const Value& v, const std::vector<double>& wavelengths_m) {
   v.fail(names + ", of hologram.wavelength");
 }
 
-/// laser  of the wavelengths; none: the one that colour.only names
+/// laser  of the wavelengths, unless colour.only names one
 std::optional<ColourSpec> read_colour(Section section, bool is_given, const Section& hologram,
-                                      const std::vector<double>& wavelengths_m,
-                                      std::optional<std::size_t> laser) {
-  std::optional<ColourSpec> spec;
+                                      const std::vector<double>& wavelengths_m, std::size_t laser) {
   if (wavelengths_m.size() == 1) {
     if (is_given)
       section.fail(
-          "is for three lasers: give hologram.wavelength = [\"638 nm\", \"520 nm\", \"450 nm\"]");
-    return spec;
+          "is for several lasers: give hologram.wavelength = [\"638 nm\", \"520 nm\", \"450 "
+          "nm\"]");
+    return {};
   }
-  spec.emplace();
+  ColourSpec spec;
+  spec.laser = laser;
   try {
-    spec->lasers = laser_set({wavelengths_m[0], wavelengths_m[1], wavelengths_m[2]});
+    spec.lasers = laser_set(wavelengths_m);
   } catch (const std::invalid_argument& error) {
-    hologram.fail("wavelength: three lasers must mix white, " + std::string(error.what()) +
+    hologram.fail("wavelength: lasers must mix white, " + std::string(error.what()) +
                   "; give a red, a green and a blue one");
   }
   section.read("primaries", [&](const Value& v) { v.choice<int>({{"srgb", 0}}); });
   section.read("white", [&](const Value& v) { v.choice<int>({{"D65", 0}}); });
   section.read("only", [&](const Value& v) {
     if (v.is("all")) return;
-    spec->laser = laser_of(v, wavelengths_m);
-    spec->only = true;
+    spec.laser = laser_of(v, wavelengths_m);
+    spec.only = true;
   });
   section.finish();
-  if (laser) {
-    spec->laser = *laser;
-  } else if (!spec->only) {
-    hologram.fail(
-        "wavelength: one wavelength only: this works on the hologram of one laser; give "
-        "colour.only = " +
-        in_quotes(length_text(wavelengths_m[0])) + ", or one wavelength");
-  }
   return spec;
 }
 
@@ -398,38 +387,9 @@ Spec placed(const Section& section) {
   return spec;
 }
 
+/// laser  of several wavelengths, unless colour.only names one
 Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrides,
-                  std::optional<std::size_t> laser);
-
-}  // namespace
-
-Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides) {
-  return parse_scene(read_scene_text(file), overrides);
-}
-
-std::vector<Scene> load_scenes(const std::filesystem::path& file,
-                               const std::vector<std::string>& overrides) {
-  return parse_scenes(read_scene_text(file), overrides);
-}
-
-std::vector<Scene> parse_scenes(const SceneText& text, const std::vector<std::string>& overrides) {
-  std::vector<Scene> scenes{parse_laser(text, overrides, std::size_t{0})};
-  if (!scenes[0].colour) return scenes;
-  if (scenes[0].colour->only) return {parse_laser(text, overrides, {})};
-  for (std::size_t laser = 1; laser < scenes[0].colour->lasers.wavelengths_m.size(); ++laser)
-    scenes.push_back(parse_laser(text, overrides, laser));
-  return scenes;
-}
-
-Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides) {
-  return parse_laser(text, overrides, {});
-}
-
-namespace {
-
-/// laser  of several wavelengths; none: there is one, or colour.only names one
-Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrides,
-                  std::optional<std::size_t> laser) {
+                  std::size_t laser) {
   const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
 
@@ -496,4 +456,18 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
 }
 
 }  // namespace
+
+std::vector<Scene> load_scenes(const std::filesystem::path& file,
+                               const std::vector<std::string>& overrides) {
+  return parse_scenes(read_scene_text(file), overrides);
+}
+
+std::vector<Scene> parse_scenes(const SceneText& text, const std::vector<std::string>& overrides) {
+  std::vector<Scene> scenes{parse_laser(text, overrides, 0)};
+  const auto& colour = scenes[0].colour;
+  const std::size_t lasers = colour && !colour->only ? colour->lasers.count() : 1;
+  while (scenes.size() < lasers) scenes.push_back(parse_laser(text, overrides, scenes.size()));
+  return scenes;
+}
+
 }  // namespace raywave

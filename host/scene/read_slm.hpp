@@ -30,7 +30,7 @@ Illumination read_illumination(Section section);
 /// throws  InputError, starting with flatness.where
 void load_flatness(FlatnessSpec& flatness);
 
-/// Reads a file with section [slm] and nothing else; overrides as in load_scene. Other than in a
+/// Reads a file with section [slm] and nothing else; overrides as in load_scenes. Other than in a
 /// scene, levels may have 10 bits.
 ///
 /// throws  InputError: one line with file and line

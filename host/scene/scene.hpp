@@ -235,7 +235,9 @@ struct ColourSpec {
     return *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
   }
   /// Light of the laser for a linear sRGB radiance: >= 0, less is none.
-  double light_of(glm::dvec3 rgb) const { return std::max(0.0, glm::dot(lasers.row(laser), rgb)); }
+  double light_of(glm::dvec3 rgb) const {
+    return std::max(0.0, glm::dot(lasers.from_rgb[laser], rgb));
+  }
 };
 
 struct Scene {
@@ -263,23 +265,17 @@ struct Scene {
   Channels channels() const { return {channel_of(hologram.wavelength_m), colour.has_value()}; }
 };
 
-/// Checks a scene, as load_scene does.
-Scene parse_scene(const SceneText& text, const std::vector<std::string>& overrides = {});
-
-/// The scenes of all lasers, in the order of hologram.wavelength; one where it is one wavelength or
-/// colour.only names one. They differ in what depends on the wavelength alone.
-std::vector<Scene> parse_scenes(const SceneText& text,
-                                const std::vector<std::string>& overrides = {});
-std::vector<Scene> load_scenes(const std::filesystem::path& file,
-                               const std::vector<std::string>& overrides = {});
-
-/// Reads and checks a scene file (docs/scene.md lists every key).
+/// Reads and checks a scene file (docs/scene.md lists every key): the scenes of all lasers, in the
+/// order of hologram.wavelength; one where it is one wavelength or colour.only names one. They
+/// differ in what depends on the wavelength alone.
 ///
 /// overrides  "section.key=value" each, the value as TOML or a bare string ("wrp.padding=1.25",
 ///            "hologram.pitch=8 um", "object.0.width=9 mm", "materials.gold.shininess=40"); applied
 ///            before checks
-/// throws     InputError: one line with file, line and what would be right; for three wavelengths
-///            unless colour.only names one
-Scene load_scene(const std::filesystem::path& file, const std::vector<std::string>& overrides = {});
+/// throws     InputError: one line with file, line and what would be right
+std::vector<Scene> load_scenes(const std::filesystem::path& file,
+                               const std::vector<std::string>& overrides = {});
+std::vector<Scene> parse_scenes(const SceneText& text,
+                                const std::vector<std::string>& overrides = {});
 
 }  // namespace raywave

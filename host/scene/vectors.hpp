@@ -5,8 +5,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstddef>
 #include <glm/geometric.hpp>
 #include <glm/vec3.hpp>
+#include <vector>
 
 namespace raywave {
 
@@ -28,6 +30,21 @@ inline glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
   const double longest = std::max(
       {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
   return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
+}
+
+/// Where a time lies among keys: at key k, or the share s of the way on to the next, `span` later.
+struct KeyPlace {
+  std::size_t k = 0;
+  double s = 0, span = 0;
+};
+
+/// Before the first key and after the last one, time stands still.
+inline KeyPlace place_among(const std::vector<double>& keys, double time) {
+  if (time <= keys.front()) return {};
+  if (time >= keys.back()) return {keys.size() - 1};
+  const auto next = std::upper_bound(keys.begin(), keys.end(), time);
+  const double span = *next - next[-1];
+  return {static_cast<std::size_t>(next - keys.begin()) - 1, (time - next[-1]) / span, span};
 }
 
 /// Hermite's cubic from `from` to `to`, s from 0 to 1. Slopes are of a parameter that grows by

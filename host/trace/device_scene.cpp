@@ -341,7 +341,7 @@ void DeviceScene::upload_radiances(const Plan& plan) {
   cl::put(device_, lights, light_data, "lights");
   light.ambient = in_units(ambient_light_of(plan.lighting), light_unit);
   const auto laser = plan.hologram.colour
-                         ? plan.hologram.colour->lasers.row(plan.hologram.colour->laser)
+                         ? plan.hologram.colour->lasers.from_rgb[plan.hologram.colour->laser]
                          : glm::dvec3(1, 0, 0);
   for (int k = 0; k < 3; ++k) light.laser[k] = static_cast<float>(laser[k]);
   radiance_unit = material_unit_ * light_unit;

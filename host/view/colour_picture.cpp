@@ -35,20 +35,19 @@ Image luminance_of(const RgbPicture& picture) {
   return image;
 }
 
-RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light) {
+RgbPicture picture_of_lasers(const LaserSet& lasers, const std::vector<Image>& light) {
+  for (const auto& one : light)
+    if (one.width != light[0].width || one.height != light[0].height)
+      throw InputError("the pictures of the lasers have different sizes");
   RgbPicture picture;
   for (std::size_t c = 0; c < 3; ++c) {
-    if (light[c].width != light[0].width || light[c].height != light[0].height)
-      throw InputError("the pictures of the lasers have different sizes");
-    picture.channels[c] = {light[0].width, light[0].height,
-                           std::vector<float>(light[0].pixels.size())};
-  }
-  for (std::size_t i = 0; i < light[0].pixels.size(); ++i) {
-    const auto rgb =
-        lasers.rgb_from_lasers * glm::dvec3(double{light[0].pixels[i]}, double{light[1].pixels[i]},
-                                            double{light[2].pixels[i]});
-    for (std::size_t c = 0; c < 3; ++c)
-      picture.channels[c].pixels[i] = static_cast<float>(rgb[static_cast<int>(c)]);
+    auto& channel = picture.channels[c] = {light[0].width, light[0].height, {}};
+    for (std::size_t i = 0; i < light[0].pixels.size(); ++i) {
+      double sum = 0;
+      for (std::size_t laser = 0; laser < light.size(); ++laser)
+        sum += lasers.rgb[laser][static_cast<int>(c)] * double{light[laser].pixels[i]};
+      channel.pixels.push_back(static_cast<float>(sum));
+    }
   }
   return picture;
 }

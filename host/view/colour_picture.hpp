@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Pictures of what three lasers show, in linear sRGB, and how alike two of them are
+/// Pictures of what lasers show, in linear sRGB, and how alike two of them are
 /// (docs/colour.md).
 #pragma once
 
@@ -23,10 +23,10 @@ struct RgbPicture {
   int height() const { return channels[0].height; }
 };
 
-/// The colours that the light of three lasers has.
+/// The colours that the light of lasers has.
 ///
 /// light  of each laser, as pictures of one size, in the unit that is 1 for all where it is white
-RgbPicture picture_of_lasers(const LaserSet& lasers, const std::array<Image, 3>& light);
+RgbPicture picture_of_lasers(const LaserSet& lasers, const std::vector<Image>& light);
 
 /// Y of each pixel, >= 0.
 Image luminance_of(const RgbPicture& picture);

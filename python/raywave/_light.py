@@ -105,7 +105,7 @@ def _pixels(source: Any, pitch: Pair | None, wavelength: float | None) -> _core.
         raise _core.InputError("pitch: is needed, for this array does not know it")
     if wavelength is None and np.ndim(source) == 4:
         raise _core.InputError(
-            "field: is of three lasers: give the hologram, or one's field, holo.lasers[0].field"
+            "field: is of several lasers: give the hologram, or one's field, holo.lasers[0].field"
         )
     if wavelength is None:
         raise _core.InputError("wavelength: is needed, for this array does not know it")
@@ -180,7 +180,7 @@ def reconstruct(
     """The picture that a hologram shows in the plane z, as a sensor there would record it.
 
     field: (ny, nx) or (frames, ny, nx), complex64; or a Hologram, for the light that the SLM leaves
-    with its levels. Pictures of several frames are averaged. Of three lasers, give the Hologram:
+    with its levels. Pictures of several frames are averaged. Of several lasers, give the Hologram:
     each laser then has the power of Hologram.powers.
     z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, not 0.
     view: centre of the part of the hologram that lets light through, in half holograms: the
@@ -189,7 +189,7 @@ def reconstruct(
     pitch, wavelength: in metres; holo.field knows its own.
     progress: called with (step, share from 0 to 1); returning False raises Cancelled.
 
-    Returns |u|^2, (ny, nx), float32, on the hologram's pitch; of three lasers linear sRGB,
+    Returns |u|^2, (ny, nx), float32, on the hologram's pitch; of several lasers linear sRGB,
     (ny, nx, 3). Raises InputError when z, window, view or aperture are not possible, or the field
     is not such an array; DeviceError.
     """
@@ -207,7 +207,7 @@ def reconstruct(
     result: Picture
     if isinstance(field, Hologram) and len(field.wavelengths) > 1:
         if pitch is not None or wavelength is not None:
-            raise _core.InputError("pitch and wavelength: a hologram of three lasers has its own")
+            raise _core.InputError("pitch and wavelength: a hologram of several lasers has its own")
         result = _core.reconstruct_hologram(field._core, *how)
     else:
         pixels = _pixels(field, pitch, wavelength)

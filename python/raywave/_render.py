@@ -156,7 +156,7 @@ def _png(levels: npt.NDArray[np.uint8]) -> bytes:
 class Hologram:
     """A finished hologram. Arrays are its own memory, without a copy, and stay valid after it.
 
-    A scene of three lasers (docs/colour.md) has a hologram for each. Its levels and fields then
+    A scene of several lasers (docs/colour.md) has a hologram for each. Its levels and fields then
     have the shape (lasers, frames, ny, nx), in the order of `wavelengths`; `lasers` are the
     holograms of one wavelength each.
     """
@@ -167,7 +167,7 @@ class Hologram:
     @cached_property
     def levels(self) -> npt.NDArray[np.uint8]:
         """Grey levels for the SLM, uint8: (ny, nx), or (frames, ny, nx) for several frames; of
-        three lasers (3, frames, ny, nx). In the hologram's frame: slm.rotate and slm.flip are not
+        several lasers (lasers, frames, ny, nx). In the hologram's frame: slm.rotate and slm.flip are not
         applied (for_slm does).
         """
         result: npt.NDArray[np.uint8] = self._core.levels()
@@ -210,7 +210,7 @@ class Hologram:
 
     def for_slm(self, frame: int = 0) -> LevelArray:
         """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8. Raises
-        InputError for three lasers: ask one of `lasers`.
+        InputError for several lasers: ask one of `lasers`.
         """
         frame = _whole(frame, "frame", 0, self.frames - 1)
         result: LevelArray = self._core.for_slm(frame)
@@ -224,7 +224,7 @@ class Hologram:
 
     @property
     def wavelength(self) -> float:
-        """In metres. Raises InputError for three lasers, which have `wavelengths`."""
+        """In metres. Raises InputError for several lasers, which have `wavelengths`."""
         return _one_wavelength(self.wavelengths)
 
     @property
@@ -249,17 +249,17 @@ class Hologram:
     def save(self, path: Any, frame: int = 0, *, rgb: bool = False) -> None:
         """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
 
-        Of three lasers, path "holo.png" writes holo_638nm.png, holo_520nm.png and holo_450nm.png;
-        with rgb, holo.png alone, whose channels are the three holograms: the longest wavelength is
+        Of several lasers, path "holo.png" writes holo_638nm.png, holo_520nm.png and holo_450nm.png;
+        with rgb, of three, holo.png alone, whose channels are the three holograms: the longest wavelength is
         red, the shortest blue.
 
-        Raises InputError for a name that does not end with .png, and for rgb of one wavelength.
+        Raises InputError for a name that does not end with .png, and for rgb of other than three.
         """
         to = Path(path)
         if to.suffix.lower() != ".png":
             raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
-        if rgb and len(self.lasers) == 1:
-            raise _core.InputError("rgb: packs the holograms of three lasers, and this is of one")
+        if rgb and len(self.lasers) != 3:
+            raise _core.InputError(f"rgb: packs the holograms of three lasers, and this has {len(self.lasers)}")
         pictures = [laser.for_slm(frame) for laser in self.lasers]
         files = [to]
         if rgb:
@@ -288,7 +288,7 @@ class Hologram:
 
     def _repr_png_(self) -> bytes:
         first = [laser.levels.reshape(-1, *laser.levels.shape[-2:])[0] for laser in self.lasers]
-        return _png(first[0] if len(first) == 1 else self._packed(first))
+        return _png(self._packed(first) if len(first) == 3 else first[0])
 
 
 def _options(
@@ -338,7 +338,7 @@ def render(
 
     Returns a Hologram: .levels, uint8, and .field, complex64, of the shape (ny, nx), or
     (frames, ny, nx) for several frames, row 0 on top; samples are scene.pitch metres apart. Of a
-    scene of three lasers, the shape is (3, frames, ny, nx), and .powers tells what the lasers need.
+    scene of several lasers, the shape is (lasers, frames, ny, nx), and .powers tells what the lasers need.
 
     Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
     cannot do it.
@@ -380,7 +380,7 @@ class Renderer:
 
     @property
     def shape(self) -> tuple[int, ...]:
-        """Of levels and fields: (ny, nx), or (frames, ny, nx) for several frames; of three lasers
+        """Of levels and fields: (ny, nx), or (frames, ny, nx) for several frames; of several lasers
         (3, frames, ny, nx).
         """
         plane = (self._core.ny, self._core.nx)
@@ -444,7 +444,7 @@ def lens(
     view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
     square is the number of rays per pixel.
 
-    Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of three lasers linear
+    Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of several lasers linear
     sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture or points are not
     possible; DeviceError.
     """

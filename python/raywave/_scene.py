@@ -65,7 +65,7 @@ def _is_path(value: Any) -> bool:
 def _one_wavelength(wavelengths: tuple[float, ...]) -> float:
     if len(wavelengths) > 1:
         raise _core.InputError(
-            "wavelength: there are three lasers: take .wavelengths, or of a hologram .lasers[0]"
+            "wavelength: there are several lasers: take .wavelengths, or of a hologram .lasers[0]"
         )
     return wavelengths[0]
 
@@ -242,12 +242,12 @@ class Scene:
 
     @property
     def wavelength(self) -> float:
-        """In metres. Raises InputError for a scene of three lasers, which has `wavelengths`."""
+        """In metres. Raises InputError for a scene of several lasers, which has `wavelengths`."""
         return _one_wavelength(self.wavelengths)
 
     @property
     def wavelengths(self) -> tuple[float, ...]:
-        """One, or those of three lasers (docs/colour.md), in the scene's order. In metres."""
+        """One, or those of several lasers (docs/colour.md), in the scene's order. In metres."""
         return tuple(self._core.wavelengths)
 
     @property

@@ -23,6 +23,7 @@
 #include "tests/support/gltf.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/render.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {
@@ -737,7 +738,7 @@ TEST_CASE("animate in colour writes files that are looked at one by one, and vid
                 2, "is for 520 nm, and frame_00001_638nm.png for 638 nm; give the pictures of one");
   check_refused(
       desk.run({"reconstruct", desk.out("frame_00001.png"), "-z", "9mm", "-o", desk.file("x")}), 2,
-      "is of three lasers; give the file of one: frame_%05d_638nm.png");
+      "is of several lasers; give the file of one: frame_%05d_638nm.png");
 
   const auto ffmpeg = find_program("ffmpeg");
   if (!ffmpeg) return;  // the rest needs the program itself

@@ -27,6 +27,7 @@
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/planning/make_plan.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

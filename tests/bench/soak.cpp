@@ -11,6 +11,7 @@
 
 #include "cl/device.hpp"
 #include "host/scene/scene.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

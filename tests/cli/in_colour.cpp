@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of three lasers, as a person computes and looks at them (docs/colour.md).
+// Scenes of several lasers, as a person computes and looks at them (docs/colour.md).
 #include <algorithm>
 #include <filesystem>
 #include <nlohmann/json.hpp>
@@ -99,7 +99,7 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
   }
   desk.shell("cp out/field_450nm.npy out/other.npy");
   check_refused(desk.run({"reconstruct", desk.out("other.npy"), "-z", "9mm", "-o", desk.file("x")}),
-                2, "is of three lasers; give the file of one");
+                2, "is of several lasers; give the file of one");
   // A hologram of another render is told
   desk.shell("cp alone/hologram.png out/hologram_638nm.png");
   check_refused(
@@ -294,7 +294,7 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
                             "--no-table", "--start", start, "-o", desk.file("x")}),
                   2, says);
   };
-  refused(out + "refined_450nm.npy", three, "three lasers go on from the report.json");
+  refused(out + "refined_450nm.npy", three, "several lasers go on from the report.json");
   refused(desk.file("alone/report.json"), three, "is of one wavelength");
   refused(out + "report.json", "hologram.wavelength=[\"638 nm\", \"532 nm\", \"450 nm\"]",
           "has no laser of 532 nm");
@@ -303,6 +303,71 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
                 "raywave refine keeps phases alone");
   desk.shell("cp more/refined_520nm.npy out/");
   refused(out + "report.json", three, "refined_520nm.npy");
+}
+
+TEST_CASE("two and four lasers do all that three do, but --rgb") {
+  for (const std::vector<std::string>& lasers :
+       {std::vector<std::string>{"638", "520"}, {"638", "589", "520", "450"}}) {
+    Desk desk;
+    in_colour(desk);
+    std::string set = "hologram.wavelength=[";
+    for (const auto& laser : lasers) set += "\"" + laser + " nm\", ";
+    const auto scene = desk.file("scene.toml"), out = desk.out("").string();
+    const auto run = [&](std::vector<std::string> words, bool reads_scene = true) {
+      if (reads_scene) words.insert(words.end(), {"--set", set + "]"});
+      return run_quietly(desk, std::move(words));
+    };
+    const auto lasers_in = [&](const std::string& folder) {
+      auto told = nlohmann::json::parse(bytes_of(desk.file(folder + "/report.json")));
+      REQUIRE(told.at("colour").at("lasers").size() == lasers.size());
+      return told["colour"];
+    };
+    const auto plan = desk.run({"plan", scene, "--set", set + "]"});
+    CHECK_THAT(plan.out, ContainsSubstring(std::to_string(lasers.size()) + " lasers in turn"));
+    CHECK((plan.out.find("which is shown as (0.43") != std::string::npos) == (lasers.size() == 2));
+    run({"render", scene, "-o", out, "--set", "sampling.frames=2"});
+    run({"encode", out + "report.json", "-o", desk.file("again")}, false);
+    const auto colour = lasers_in("out"), again = lasers_in("again");
+    double power = 0;
+    for (std::size_t i = 0; i < lasers.size(); ++i) {
+      power += colour["lasers"][i]["power"].get<double>();
+      CHECK(again["lasers"][i]["power"].get<double>() ==
+            Catch::Approx(colour["lasers"][i]["power"].get<double>()).epsilon(1e-6));
+      CHECK(std::filesystem::exists(desk.file("again/hologram_" + lasers[i] + "nm_2.png")));
+    }
+    CHECK(power == Catch::Approx(1));
+    CHECK((colour["white_shown"]["delta_e_2000"].get<double>() < 1e-6) == (lasers.size() > 2));
+
+    // The fields show what the lens sees: red
+    run({"reconstruct", out + "report.json", "--field", "-z", "9mm", "-o", desk.file("seen")},
+        false);
+    run({"lens", scene, "-z", "9mm", "--lens-points", "2", "-o", desk.file("seen")});
+    for (const auto* name : {"seen/lens_9mm.exr", "seen/reconstruction_9mm.exr"}) {
+      const auto picture = load_rgb(desk.file(name), "");
+      double sums[3] = {};
+      for (std::size_t c = 0; c < 3; ++c)
+        for (const float pixel : picture.channels[c].pixels) sums[c] += double{pixel};
+      CHECK(sums[0] > 1.5 * sums[1]);
+      CHECK(sums[0] > 1.5 * sums[2]);
+    }
+    run({"quality", scene, "-z", "9mm", "--lens-points", "2", "--no-views", "--border", "2", "-o",
+         desk.file("q")});
+    run({"bench", scene, "--frames", "1", "--lens-points", "2"});
+    run({"refine", scene, "--iterations", "2", "--no-table", "-o", desk.file("refined")});
+    run({"refine", scene, "--iterations", "2", "--no-table", "-o", desk.file("more"), "--start",
+         desk.file("refined/report.json")});
+    CHECK(bytes_of(desk.file("more/refined_520nm.npy")) !=
+          bytes_of(desk.file("refined/refined_520nm.npy")));
+    check_refused(desk.run({"refine", scene, "--set", three, "--no-table", "-o", desk.file("x"),
+                            "--start", desk.file("refined/report.json")}),
+                  2, "the scene of 3");
+    run({"animate", scene, "-o", desk.file("moves"), "--set", "animation.frames=2", "--set",
+         "animation.track=[{of = \"light.0.intensity\", at = [0, 1], values = [1, 0.5]}]"});
+    lasers_in("moves");
+    check_refused(desk.run({"render", scene, "--set", set + "]", "--rgb", "-o", desk.file("x")}), 2,
+                  "--rgb packs the holograms of three lasers, and the scene has " +
+                      std::to_string(lasers.size()));
+  }
 }
 
 TEST_CASE("bench and trade take the scene of three lasers, and quality one laser of it") {

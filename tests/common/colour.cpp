@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/colour.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <stdexcept>
+#include <vector>
 
 #include "tests/support/catch.hpp"
 
@@ -12,7 +14,23 @@ using namespace raywave;
 
 namespace {
 
-const std::array<double, 3> usual{638e-9, 520e-9, 450e-9};
+const std::vector<double> usual{638e-9, 520e-9, 450e-9};
+
+/// What the lasers mix for a colour has its XYZ, and is the sum of their own colours.
+void check_mixes(const LaserSet& set, double tolerance) {
+  for (const glm::dvec3 rgb : {glm::dvec3(1), glm::dvec3(0.2, 0.5, 0.1), glm::dvec3(0.9, 0, 0.3)}) {
+    glm::dvec3 mixed(0), white(0), shown(0);
+    for (std::size_t i = 0; i < set.count(); ++i) {
+      const double light = glm::dot(set.from_rgb[i], rgb);
+      const auto of_one = xyz_of_wavelength(set.wavelengths_m[i]) * set.white_powers[i];
+      mixed += light * of_one;
+      white += of_one;
+      shown += light * set.rgb[i];
+    }
+    CHECK(glm::length(mixed / white.y - xyz_from_srgb() * rgb) < tolerance);
+    CHECK(glm::length(shown - rgb) < tolerance);
+  }
+}
 
 double apart(glm::dvec2 a, glm::dvec2 b) { return glm::length(a - b); }
 
@@ -55,27 +73,66 @@ TEST_CASE("lasers mix D65 for white, and what they mix for a colour has its XYZ"
   CHECK(set.white_powers[0] == Catch::Approx(0.47887).margin(2e-4));
   CHECK(set.white_powers[1] == Catch::Approx(0.33073).margin(2e-4));
   CHECK(set.white_powers[2] == Catch::Approx(0.19040).margin(1e-4));
-  CHECK(set.row(0).y == Catch::Approx(0.42).margin(0.005));  // green lights the red laser
+  CHECK(set.from_rgb[0].y == Catch::Approx(0.42).margin(0.005));  // green lights the red laser
+  CHECK(glm::length(set.white() - glm::dvec3(1)) < 1e-12);
+  check_mixes(set, 1e-12);
+}
 
-  for (const glm::dvec3 rgb : {glm::dvec3(1), glm::dvec3(0.2, 0.5, 0.1), glm::dvec3(0.9, 0, 0.3)}) {
-    glm::dvec3 mixed(0);
-    const auto light = set.lasers_from_rgb * rgb;
-    for (std::size_t i = 0; i < 3; ++i)
-      mixed += xyz_of_wavelength(usual[i]) * set.white_powers[i] * light[static_cast<int>(i)];
-    const auto wanted = xyz_from_srgb() * rgb;
-    CHECK(apart(chromaticity_of(mixed), chromaticity_of(wanted)) < 1e-12);
-    for (std::size_t i = 0; i < 3; ++i)
-      CHECK(glm::dot(set.row(i), rgb) == Catch::Approx(light[static_cast<int>(i)]));
-    CHECK(glm::length(set.rgb_from_lasers * light - rgb) < 1e-12);
-    CHECK(glm::length(set.xyz_from_lasers * light - wanted) < 1e-12);
+TEST_CASE("four and more lasers mix D65, and every colour, with no negative light within gamut") {
+  for (const std::vector<double>& wavelengths_m :
+       {std::vector{638e-9, 589e-9, 520e-9, 450e-9}, std::vector{638e-9, 532e-9, 520e-9, 450e-9},
+        std::vector{660e-9, 635e-9, 561e-9, 520e-9, 488e-9, 445e-9},
+        std::vector{660e-9, 638e-9, 589e-9, 561e-9, 532e-9, 520e-9, 488e-9, 450e-9}}) {
+    CAPTURE(wavelengths_m);
+    const auto set = laser_set(wavelengths_m);
+    check_mixes(set, 1e-10);
+    CHECK(*std::min_element(set.white_powers.begin(), set.white_powers.end()) > 0);
+    for (const auto& row : set.from_rgb) {
+      CHECK(row.x >= 0);
+      CHECK(row.y >= 0);
+      CHECK(row.z > -0.02);  // blue of sRGB is a little beyond what lasers at 445 to 450 nm mix
+    }
+    auto turned = wavelengths_m;
+    std::rotate(turned.begin(), turned.begin() + 1, turned.end());
+    const auto other = laser_set(turned);
+    for (std::size_t i = 1; i < wavelengths_m.size(); ++i)
+      CHECK(glm::length(other.from_rgb[i - 1] - set.from_rgb[i]) < 1e-10);
   }
-  CHECK(apart(chromaticity_of(set.xyz_from_lasers * glm::dvec3(1)), {0.3127, 0.3290}) < 1e-12);
+}
 
-  // The order of the lasers does not matter
-  const auto other = laser_set({450e-9, 638e-9, 520e-9});
-  for (std::size_t i = 0; i < 3; ++i) {
-    CHECK(glm::length(other.row((i + 1) % 3) - set.row(i)) < 1e-12);
-    CHECK(std::abs(other.white_powers[(i + 1) % 3] - set.white_powers[i]) < 1e-12);
+TEST_CASE("two lasers show the nearest white and the nearest colours, as a search finds them") {
+  for (const std::vector<double>& pair :
+       {std::vector{638e-9, 520e-9}, std::vector{520e-9, 450e-9}, std::vector{589e-9, 473e-9}}) {
+    CAPTURE(pair);
+    const auto set = laser_set(pair);
+    // The published matrix from XYZ to linear sRGB
+    const glm::dmat3 from_xyz = glm::transpose(
+        glm::dmat3(3.2406, -1.5372, -0.4986, -0.9689, 1.8758, 0.0415, 0.0557, -0.2040, 1.0570));
+    const auto a = from_xyz * xyz_of_wavelength(pair[0]), b = from_xyz * xyz_of_wavelength(pair[1]);
+    const auto searched = [&](glm::dvec3 wanted) {  // powers >= 0, by a grid that narrows
+      glm::dvec2 best(2), half(2);
+      for (int round = 0; round < 60; ++round, half *= 0.8) {
+        const auto middle = best;
+        double least = INFINITY;
+        for (int y = -10; y <= 10; ++y)
+          for (int x = -10; x <= 10; ++x) {
+            const auto p = glm::max(middle + half * (glm::dvec2(x, y) / 10.0), 0.0);
+            const double apart = glm::length(p.x * a + p.y * b - wanted);
+            if (apart < least) least = apart, best = p;
+          }
+      }
+      return best;
+    };
+    const auto white = searched(glm::dvec3(1));
+    CHECK(set.white_powers[0] == Catch::Approx(white.x / (white.x + white.y)).margin(1e-3));
+    CHECK(glm::length(set.white() - (white.x * a + white.y * b)) < 2e-3);
+    for (const glm::dvec3 rgb :
+         {glm::dvec3(1), {0.6, 0.7, 0.5}, {0.5, 0.4, 0.4}, {0.3, 0.4, 0.35}}) {
+      const glm::dvec2 light(glm::dot(set.from_rgb[0], rgb), glm::dot(set.from_rgb[1], rgb));
+      CAPTURE(rgb.x, rgb.y, rgb.z, light.x, light.y);
+      REQUIRE(std::min(light.x, light.y) > 0);
+      CHECK(glm::length(light * white - searched(rgb)) < 2e-3);
+    }
   }
 }
 
@@ -139,4 +196,6 @@ TEST_CASE("lasers that mix no white are refused") {
   CHECK_THROWS_AS(laser_set({638e-9, 650e-9, 690e-9}), std::invalid_argument);
   CHECK_THROWS_AS(laser_set({638e-9, 600e-9, 580e-9}), std::invalid_argument);
   CHECK_THROWS_AS(laser_set({450e-9, 470e-9, 490e-9}), std::invalid_argument);
+  CHECK_THROWS_AS(laser_set({638e-9, 620e-9}), std::invalid_argument);
+  CHECK_THROWS_AS(laser_set({700e-9, 638e-9, 600e-9, 580e-9}), std::invalid_argument);
 }

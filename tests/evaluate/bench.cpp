@@ -9,6 +9,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/program.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

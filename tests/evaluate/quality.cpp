@@ -9,6 +9,7 @@
 #include "host/common/error.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

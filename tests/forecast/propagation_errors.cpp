@@ -6,6 +6,7 @@
 #include "host/reference/propagation.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

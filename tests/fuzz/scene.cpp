@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_scene reads in this process. What follows a zero byte is an override, as --set gives it.
+// load_scenes reads in this process. What follows a zero byte is an override, as --set gives it.
 #include "host/scene/scene.hpp"
 
 #include "tests/fuzz/fuzz.hpp"
@@ -12,7 +12,7 @@ int LLVMFuzzerTestOneInput(const std::uint8_t* data, std::size_t size) {
   if (document.size() < all.size()) overrides.emplace_back(all.substr(document.size() + 1));
   const fuzz::File file(document);
   fuzz::refuses_or_reads([&] {
-    const Scene scene = load_scene(file.path(), overrides);
+    const Scene scene = load_scenes(file.path(), overrides).at(0);
     fuzz::require(!scene.objects.empty() && !scene.lights.empty() && !scene.materials.empty());
     fuzz::require(scene.hologram.resolution.x >= 1 && scene.hologram.resolution.y >= 1 &&
                   scene.sampling.frames >= 1);

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-// Scenes of three lasers: hologram.wavelength as a list, and [colour].
+// Scenes of several lasers: hologram.wavelength as a list, and [colour].
 #include <cmath>
 #include <string>
 #include <vector>
@@ -8,6 +8,7 @@
 #include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
 
 using namespace raywave;
 
@@ -26,13 +27,9 @@ struct Files {
     folder.write("m.obj", "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 3\n");
     return folder.write("scene.toml", text);
   }
-  std::string refusal(const std::string& text, bool one = false) {
-    const auto file = with(text);
+  std::string refusal(const std::string& text) {
     try {
-      if (one)
-        load_scene(file);
-      else
-        load_scenes(file);
+      load_scenes(with(text));
     } catch (const InputError& error) {
       return error.what();
     }
@@ -99,24 +96,40 @@ TEST_CASE("LUTs are those of each laser's wavelength") {
   CHECK(scenes[0].slm.lut != scenes[1].slm.lut);
 }
 
+TEST_CASE("a list may have one laser, which is one wavelength, two, or up to eight") {
+  Files files;
+  const auto with = [&](const char* list) { return load_scenes(files.with(text_of(list))); };
+  CHECK(!with(R"(["638 nm"])").at(0).colour);
+  const auto two = with(R"(["520 nm", "638 nm"])");
+  REQUIRE(two.size() == 2);
+  CHECK(two[1].hologram.wavelength_m == Catch::Approx(638e-9));
+  CHECK(two[0].colour->longest_m() == two[1].hologram.wavelength_m);
+  for (const auto& scene : two) {
+    CHECK(scene.colour->light_of(glm::dvec3(0.5)) == Catch::Approx(0.5));
+    CHECK(scene.colour->light_of({0, 0, 1}) == 0);  // neither shows blue
+  }
+  CHECK(with(R"(["450 nm", "488 nm", "520 nm", "532 nm", "561 nm", "589 nm", "638 nm", "660 nm"])")
+            .size() == 8);
+}
+
 TEST_CASE("wrong lists of wavelengths say what would be right") {
   Files files;
-  CHECK(holds(files.refusal(text_of(R"(["638 nm"])")),
-              "scene.toml:3: hologram: wavelength must be one wavelength, or a list of three"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm"])")), "a list of three"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "450 nm", "405 nm"])")),
-              "a list of three"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "520 nm"])")), "different colours"));
+  CHECK(holds(files.refusal(text_of("[]")),
+              "scene.toml:3: hologram: wavelength must be a length, or 1 to 8 of them"));
+  CHECK(holds(files.refusal(text_of(R"(["450 nm", "488 nm", "520 nm", "532 nm", "561 nm", "589 nm",
+                                        "638 nm", "660 nm", "473 nm"])")),
+              "1 to 8 of them"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "450 nm", "520 nm"])")),
+              "wavelength[3] must be another colour than 520 nm"));
   CHECK(holds(files.refusal(text_of(R"(["850 nm", "520 nm", "450 nm"])")), "780 nm"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "300 nm"])")), "380 nm"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "600 nm", "580 nm"])")),
-              "three lasers must mix white"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "300 nm"])")), "380 nm"));
+  CHECK(
+      holds(files.refusal(text_of(R"(["638 nm", "600 nm", "580 nm"])")), "lasers must mix white"));
+  CHECK(holds(files.refusal(text_of(R"(["638 nm", "620 nm"])")), "has no light of 638 nm"));
   CHECK(holds(files.refusal(text_of("\"520 nm\"", "[colour]\nwhite = \"D65\"\n")),
-              "colour: is for three lasers"));
+              "colour: is for several lasers"));
   CHECK(
       holds(files.refusal(text_of(three, "[colour]\nwhite = \"D50\"\n")), "white must be \"D65\""));
   CHECK(holds(files.refusal(text_of(three, "[colour]\nonly = \"532 nm\"\n")),
               "\"638 nm\" or \"520 nm\" or \"450 nm\""));
-  CHECK(holds(files.refusal(text_of(three), true), "one wavelength only"));
-  CHECK(holds(files.refusal(text_of(three), true), "colour.only"));
 }

@@ -9,6 +9,7 @@
 #include "host/scene/units.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
 
 using namespace raywave;
 

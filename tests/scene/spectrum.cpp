@@ -7,6 +7,7 @@
 #include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/scenes.hpp"
 
 using namespace raywave;
 

@@ -5,17 +5,31 @@
 #include <array>
 #include <cmath>
 #include <complex>
+#include <filesystem>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <random>
 #include <span>
 #include <sstream>
+#include <stdexcept>
 #include <string>
 #include <utility>
 #include <vector>
 
 #include "host/common/npy.hpp"
 #include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// The scene of a file of one laser.
+inline Scene load_scene(const std::filesystem::path& file,
+                        const std::vector<std::string>& overrides = {}) {
+  const auto scenes = load_scenes(file, overrides);
+  if (scenes.size() != 1) throw std::logic_error("a scene of one laser is wanted");
+  return scenes[0];
+}
+
+}  // namespace raywave
 
 namespace raywave::test {
 

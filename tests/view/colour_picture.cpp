@@ -25,11 +25,12 @@ RgbPicture filled(int width, int height, glm::dvec3 colour) {
 TEST_CASE("the light that lasers have for a colour makes a picture of that colour") {
   const auto lasers = laser_set({638e-9, 520e-9, 450e-9});
   const glm::dvec3 colours[] = {glm::dvec3(1), {0.2, 0.7, 0.1}, {0.9, 0.3, 0.4}, {0, 0.5, 0}};
-  std::array<Image, 3> light;
+  std::vector<Image> light(3);
   for (auto& image : light) image = {2, 2, std::vector<float>(4)};
   for (std::size_t pixel = 0; pixel < 4; ++pixel)
     for (std::size_t laser = 0; laser < 3; ++laser)
-      light[laser].pixels[pixel] = static_cast<float>(glm::dot(lasers.row(laser), colours[pixel]));
+      light[laser].pixels[pixel] =
+          static_cast<float>(glm::dot(lasers.from_rgb[laser], colours[pixel]));
   const auto picture = picture_of_lasers(lasers, light);
   for (std::size_t pixel = 0; pixel < 4; ++pixel)
     for (std::size_t c = 0; c < 3; ++c)

@@ -43,7 +43,7 @@ void add_compact(const std::filesystem::path& data, BenchSuite& suite) {
     c.group = "frames";
     c.name = std::string(row.name) + ", compact";
     row.set.push_back("wrp.propagation=compact");
-    c.scenes = {load_scene(data / row.file, row.set)};
+    c.scenes = load_scenes(data / row.file, row.set);
     suite.ratios.push_back(
         {c.name + ", over plain FFTW", c.name, "plain FFTW 2-D, 1 WRP", row.at_most, row.aim});
     suite.cases.push_back(std::move(c));
@@ -60,7 +60,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
       for (const int side : {1, 2}) {
         BenchCase c;
         c.group = "frames";
-        c.scenes = {load_scene(data / "teapot.toml")};
+        c.scenes = load_scenes(data / "teapot.toml");
         c.scenes[0].wrp.grid = glm::ivec2(side);
         c.scenes[0].wrp.padding = padding;
         c.scenes[0].sampling.pitch_m = pitch_m;
@@ -85,7 +85,7 @@ BenchSuite frames_suite(const std::string& name, const std::filesystem::path& da
                            {file, "--set", set, "--name", peer},
                            5,
                            2,
-                           load_scene(file, {set})});
+                           load_scenes(file, {set}).front()});
     for (const char* padding : {"2", "1.25"})
       suite.ratios.push_back({"raywave over " + peer + ", padding " + padding,
                               "teapot, " + wrps + ", p 100 um, padding " + padding, peer, 1.0 / 3,
@@ -113,7 +113,7 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
     const auto &name = object.first, &file = object.second;
     BenchCase c;
     c.group = "methods";
-    c.scenes = {load_scene(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"})};
+    c.scenes = load_scenes(data / (file + ".toml"), {"object.0.width=12.5 mm", "wrp.grid=[2, 2]"});
     const auto add = [&](const std::string& what, Method method, int share, SamplingMode mode,
                          WrpPropagation propagation) {
       c.name = name + ", " + what;
@@ -144,7 +144,7 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
                             glm::ivec2(3, 2), glm::ivec2(4, 2), glm::ivec2(3, 3)}) {
       BenchCase c;
       c.group = "grids";
-      c.scenes = {load_scene(data / (file + ".toml"))};
+      c.scenes = load_scenes(data / (file + ".toml"));
       c.scenes[0].wrp.grid = grid;
       c.name = name + ", " + wrps_text(grid);
       c.scenes[0].wrp.propagation = WrpPropagation::spectrum;
@@ -166,7 +166,7 @@ Mesh sphere(int triangles) {
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
   BenchCase base;
-  base.scenes = {load_scene(data / "teapot.toml", {"wrp.grid=[1, 1]", "wrp.padding=1.25"})};
+  base.scenes = load_scenes(data / "teapot.toml", {"wrp.grid=[1, 1]", "wrp.padding=1.25"});
   const auto add = [&](const std::string& group, const std::string& name, auto&& change) {
     auto c = base;
     c.group = group;

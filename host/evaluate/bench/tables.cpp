@@ -7,6 +7,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
 #include "host/evaluate/device_json.hpp"
+#include "host/render.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -97,18 +98,6 @@ std::string targets_text(double required, double aim) {
 
 Json json_of(const Spread& spread) {
   return {{"median", spread.median}, {"low", spread.low}, {"high", spread.high}};
-}
-
-const char* name_of(Method method) {
-  switch (method) {
-    case Method::wrp:
-      return "wrp";
-    case Method::points:
-      return "points";
-    case Method::rays:
-      return "rays";
-  }
-  return "";
 }
 
 Json json_of(const BenchRow& row, const DeviceLimits& rates) {

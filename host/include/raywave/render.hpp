@@ -83,7 +83,7 @@ public:
   int nx() const;
   int ny() const;
   int frames() const;  // of each laser
-  // Of three lasers, wavelength_m is 0, which no function takes: ask the hologram of one
+  // Of several lasers, wavelength_m is 0, which no function takes: ask the hologram of one
   Pixels pixels() const;
 
   /// Holograms of a scene in colour, to be shown in turn; 1 of one wavelength. Levels and fields of
@@ -102,7 +102,7 @@ public:
 
   /// One frame as the SLM is sent it: turned by slm.rotate, then flipped.
   ///
-  /// throws  InputError when there is no such frame, or of three lasers: ask the hologram of one
+  /// throws  InputError when there is no such frame, or of several lasers: ask the hologram of one
   Levels for_slm(int frame = 0) const;
 
   /// Field at the hologram, before it is encoded; without samples when it was not kept. |u|^2 is

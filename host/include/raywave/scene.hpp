@@ -22,16 +22,16 @@ public:
   explicit Scene(std::shared_ptr<const State> state);
 
   std::array<int, 2> resolution() const;  // pixels of the hologram, x and y
-  // Of the hologram. Three lasers have no wavelength in common: it is 0, which no function takes
+  // Of the hologram. Several lasers have no wavelength in common: it is 0, which no function takes
   Pixels pixels() const;
-  std::vector<double> wavelengths_m() const;  // one, or those of three lasers (docs/colour.md)
+  std::vector<double> wavelengths_m() const;  // one, or those of several lasers (docs/colour.md)
   int frames() const;
   std::size_t objects() const;
 
   /// Notes for the user, one line each: lengths without a unit.
   std::vector<std::string> notes() const;
 
-  /// The scene with every default filled in, lengths in metres. Of three lasers,
+  /// The scene with every default filled in, lengths in metres. Of several lasers,
   /// hologram.wavelength_m is a list.
   std::string json() const;
 
@@ -86,7 +86,7 @@ public:
 
   /// A phase-only SLM of 256 levels to a turn.
   Slm();
-  /// The SLM of a scene. That of a scene of three lasers is for these wavelengths alone.
+  /// The SLM of a scene. That of a scene of several lasers is for these wavelengths alone.
   explicit Slm(const Scene& scene);
   explicit Slm(std::shared_ptr<const State> state);
 
