@@ -65,10 +65,11 @@ void run_lens(const LensArguments& options) {
     }
     pictures.push_back(
         plans.size() == 1
-            ? options.view.save(images[0], name, z_m, "radiance", options.report)
+            ? options.view.save(images, name, z_m, "radiance", options.report)
             : options.view.save(picture_of_lasers(scenes[0].colour->lasers,
                                                   {std::move(images[0]), std::move(images[1]),
-                                                   std::move(images[2])}),
+                                                   std::move(images[2])})
+                                    .channels,
                                 name, z_m, "radiance", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});

@@ -95,8 +95,8 @@ void reconstruct_lasers(const ReconstructArguments& options, const ReportedLaser
           pixel = static_cast<float>(double{pixel} * (options.field ? 1 : reported.gain(i)));
       }
     }
-    pictures.push_back(options.view.save(picture_of_lasers(reported.lasers, light), name, z_m,
-                                         "light", options.report));
+    pictures.push_back(options.view.save(picture_of_lasers(reported.lasers, light).channels, name,
+                                         z_m, "light", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
@@ -133,7 +133,7 @@ void run_reconstruct(const ReconstructArguments& options) {
       image = reconstruct(device, backend, hologram, spec, what,
                           [&](double share) { bar.show(name, share); });
     }
-    pictures.push_back(options.view.save(image, name, z_m, "intensity", options.report));
+    pictures.push_back(options.view.save({&image, 1}, name, z_m, "intensity", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
