@@ -106,26 +106,6 @@ private:
   std::size_t place_ = 0;
 };
 
-/// What is seen of a picture: grey, or in colour.
-struct Seen {
-  Image grey{};
-  std::optional<RgbPicture> colour{};
-
-  glm::ivec2 size_px() const {
-    return colour ? glm::ivec2(colour->width(), colour->height())
-                  : glm::ivec2(grey.width, grey.height);
-  }
-  double white(double percentile) const {
-    if (colour) return white_of(*colour, percentile);
-    double white = 0;
-    expose(grey, percentile, &white);
-    return white;
-  }
-  std::vector<std::uint8_t> exposed(double white) const {
-    return colour ? expose_to(*colour, white) : expose_to(grey, white);
-  }
-};
-
 /// Of a preview, which otherwise takes longer to compress than to compute.
 constexpr int longest_side_px = 1280;
 
@@ -156,8 +136,8 @@ public:
                        ": lacks the lasers' powers; give --restart to make it anew");
   }
 
-  /// The next picture of a reader.
-  Seen see(int picture, HologramReader& reader) const {
+  /// What is seen of the next picture of a reader: one channel, or red, green and blue.
+  std::vector<Image> see(int picture, HologramReader& reader) const {
     std::vector<std::vector<std::vector<std::uint8_t>>> levels(lasers_.size());
     for (int i = 0; i < animator_.schedule().count_of(picture); ++i)
       for (std::size_t laser = 0; laser < lasers_.size(); ++laser)
@@ -175,13 +155,14 @@ public:
       const int longest = std::max(seen.width, seen.height);
       light.push_back(averaged(seen, (longest + longest_side_px - 1) / longest_side_px));
     }
-    if (!colours_) return {std::move(light[0]), {}};
+    if (!colours_) return light;
     for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
       const double gain =
           powers_[static_cast<std::size_t>(picture)][laser] / colours_->white_powers[laser];
       for (float& pixel : light[laser].pixels) pixel = static_cast<float>(double{pixel} * gain);
     }
-    return {{}, picture_of_lasers(*colours_, light)};
+    const auto rgb = picture_of_lasers(*colours_, light);
+    return {rgb.channels.begin(), rgb.channels.end()};
   }
 
 private:
@@ -234,8 +215,8 @@ void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBack
   for (const int picture : schedule.spread(Schedule::pictures_that_scale)) {
     HologramReader reader(ffmpeg, holograms, schedule.first_of(picture));
     const auto seen = viewer.see(picture, reader);
-    size = seen.size_px();
-    white = std::max(white, seen.white(exposed_percentile));
+    size = {seen[0].width, seen[0].height};
+    white = std::max(white, white_of(seen, exposed_percentile));
   }
   write_whole_by_name(file, [&](const fs::path& temporary) {
     // Players want sides that are even, and chroma
@@ -259,7 +240,7 @@ void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBack
                        holograms.folder, VideoProgram::Held::input);
     HologramReader reader(ffmpeg, holograms, 0);
     for (int picture = 0; picture < pictures; ++picture) {
-      video.write(viewer.see(picture, reader).exposed(white));
+      video.write(expose_to(viewer.see(picture, reader), white));
       if (progress) progress(static_cast<double>(picture + 1) / pictures);
     }
     video.finish();

@@ -51,7 +51,7 @@ std::function<void(double)> share_of(const Progress& progress, const std::string
 Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels), 1}; }
 
 Picture as_picture(const RgbPicture& picture) {
-  return {picture.width(), picture.height(), interleaved(picture), 3};
+  return {picture.width(), picture.height(), interleaved(picture.channels), 3};
 }
 
 Panel panel_of(const Slm& slm, glm::ivec2 size, const Pixels& pixels) {

@@ -63,10 +63,11 @@ void run_lens(const LensArguments& options) {
         }));
       }
     }
-    pictures.push_back(plans.size() == 1
-                           ? options.view.save(images[0], name, z_m, "radiance", options.report)
-                           : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images),
-                                               name, z_m, "radiance", options.report));
+    pictures.push_back(
+        plans.size() == 1
+            ? options.view.save(images, name, z_m, "radiance", options.report)
+            : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images).channels, name,
+                                z_m, "radiance", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }

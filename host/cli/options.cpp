@@ -16,7 +16,7 @@
 #include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
-#include "host/view/reconstruct.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -291,38 +291,26 @@ void ViewOptions::check_percentile() const {
     throw InputError("--percentile: must be > 0 and <= 100");
 }
 
-Json ViewOptions::save(const Image& image, const std::string& name, double z_m,
+Json ViewOptions::save(std::span<const Image> channels, const std::string& name, double z_m,
                        const char* quantity, const ReportOptions& report) const {
-  double white = 0;
-  const auto picture = expose(image, percentile, &white);
+  const bool in_colour = channels.size() > 1;
+  const double white = white_of(channels, percentile);
   const auto base = (std::filesystem::path(folder) / name).string();
-  save_picture(base + ".png", image.width, image.height, picture);
-  save_picture(base + ".exr", image.width, image.height, image.pixels);
+  const int width = channels[0].width, height = channels[0].height;
+  save_picture(base + ".png", width, height, expose_to(channels, white));
+  save_picture(base + ".exr", width, height, interleaved(channels));
   if (report.prints_text())
-    std::printf("%s.png  %d x %d, white = %s %.4g (percentile %g), .exr beside it\n", base.c_str(),
-                image.width, image.height, quantity, white, percentile);
-  return {{"z_m", z_m},
-          {"png", base + ".png"},
-          {"exr", base + ".exr"},
-          {"size", {image.width, image.height}},
-          {"quantity", quantity},
-          {"white", white},
-          {"percentile", percentile}};
-}
-
-Json ViewOptions::save(const RgbPicture& picture, const std::string& name, double z_m,
-                       const char* quantity, const ReportOptions& report) const {
-  const double white = white_of(picture, percentile);
-  const auto base = (std::filesystem::path(folder) / name).string();
-  save_picture(base + ".png", picture.width(), picture.height(), expose_to(picture, white));
-  save_picture(base + ".exr", picture.width(), picture.height(), interleaved(picture));
-  if (report.prints_text())
-    std::printf("%s.png  %d x %d in colour, white = %s %.4g (percentile %g), .exr beside it\n",
-                base.c_str(), picture.width(), picture.height(), quantity, white, percentile);
-  return {{"z_m", z_m},           {"png", base + ".png"},
-          {"exr", base + ".exr"}, {"size", {picture.width(), picture.height()}},
-          {"quantity", quantity}, {"colour", "linear sRGB"},
-          {"white", white},       {"percentile", percentile}};
+    std::printf("%s.png  %d x %d%s, white = %s %.4g (percentile %g), .exr beside it\n",
+                base.c_str(), width, height, in_colour ? " in colour" : "", quantity, white,
+                percentile);
+  Json told{{"z_m", z_m},
+            {"png", base + ".png"},
+            {"exr", base + ".exr"},
+            {"size", {width, height}},
+            {"quantity", quantity}};
+  if (in_colour) told["colour"] = "linear sRGB";
+  told.update({{"white", white}, {"percentile", percentile}});
+  return told;
 }
 
 std::string name_at_depth(const std::string& stem, double z_m) {

@@ -12,6 +12,7 @@
 #include <glm/vec2.hpp>
 #include <nlohmann/json_fwd.hpp>
 #include <optional>
+#include <span>
 #include <string>
 #include <utility>
 #include <vector>
@@ -21,7 +22,6 @@
 #include "host/forecast/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
-#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 
@@ -124,10 +124,9 @@ struct ViewOptions {
 
   /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
   /// them. Returns what --json says of them.
-  nlohmann::ordered_json save(const Image& image, const std::string& name, double z_m,
-                              const char* quantity, const ReportOptions& report) const;
-  /// The same of a picture in colour: the PNG is sRGB, the EXR linear sRGB.
-  nlohmann::ordered_json save(const RgbPicture& picture, const std::string& name, double z_m,
+  ///
+  /// channels  one, or red, green and blue: the PNG is sRGB, the EXR linear sRGB
+  nlohmann::ordered_json save(std::span<const Image> channels, const std::string& name, double z_m,
                               const char* quantity, const ReportOptions& report) const;
 };
 

@@ -86,10 +86,10 @@ void run_reconstruct(const ReconstructArguments& options) {
         for (float& pixel : light[i].pixels) pixel = static_cast<float>(double{pixel} * gain);
       }
     }
-    pictures.push_back(given.lasers
-                           ? options.view.save(picture_of_lasers(given.lasers->lasers, light), name,
-                                               z_m, "light", options.report)
-                           : options.view.save(light[0], name, z_m, "intensity", options.report));
+    pictures.push_back(
+        given.lasers ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels,
+                                         name, z_m, "light", options.report)
+                     : options.view.save(light, name, z_m, "intensity", options.report));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }

@@ -433,9 +433,9 @@ Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px
       }
     }
   }
-  const double shown_white = white_of(all, 99.5);
+  const double shown_white = white_of(all.channels, 99.5);
   if (white) *white = shown_white;
-  const auto exposed = expose_to(all, shown_white);
+  const auto exposed = expose_to(all.channels, shown_white);
 
   // The cells are arranged in rows and columns.
   const auto cells = rows.size() * columns;

@@ -52,11 +52,11 @@ RgbPicture picture_of_lasers(const LaserSet& lasers, const std::vector<Image>& l
   return picture;
 }
 
-double white_of(const RgbPicture& picture, double percentile) {
-  std::vector<float> largest = picture.channels[0].pixels;
-  for (std::size_t c = 1; c < 3; ++c)
+double white_of(std::span<const Image> channels, double percentile) {
+  std::vector<float> largest = channels[0].pixels;
+  for (const auto& channel : channels)
     for (std::size_t i = 0; i < largest.size(); ++i)
-      largest[i] = std::max(largest[i], picture.channels[c].pixels[i]);
+      largest[i] = std::max(largest[i], channel.pixels[i]);
   if (largest.empty()) return 0;
   const double last = static_cast<double>(largest.size() - 1);
   const auto nth =
@@ -66,19 +66,19 @@ double white_of(const RgbPicture& picture, double percentile) {
   return *nth > 0 ? *nth : *std::max_element(nth, largest.end());
 }
 
-std::vector<std::uint8_t> expose_to(const RgbPicture& picture, double white) {
-  std::vector<std::uint8_t> pixels(3 * picture.channels[0].pixels.size());
-  if (!(white > 0)) return pixels;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const double encoded = srgb_of(double{picture.channels[i % 3].pixels[i / 3]} / white);
-    pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));
-  }
+std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double white) {
+  std::vector<std::uint8_t> pixels;
+  for (const float value : interleaved(channels))
+    pixels.push_back(
+        white > 0 ? static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{value} / white)))
+                  : std::uint8_t{0});
   return pixels;
 }
 
-std::vector<float> interleaved(const RgbPicture& picture) {
-  std::vector<float> pixels(3 * picture.channels[0].pixels.size());
-  for (std::size_t i = 0; i < pixels.size(); ++i) pixels[i] = picture.channels[i % 3].pixels[i / 3];
+std::vector<float> interleaved(std::span<const Image> channels) {
+  std::vector<float> pixels(channels.size() * channels[0].pixels.size());
+  for (std::size_t i = 0; i < pixels.size(); ++i)
+    pixels[i] = channels[i % channels.size()].pixels[i / channels.size()];
   return pixels;
 }
 

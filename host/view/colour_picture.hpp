@@ -6,6 +6,7 @@
 #include <array>
 #include <cstdint>
 #include <filesystem>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -33,14 +34,16 @@ Image luminance_of(const RgbPicture& picture);
 
 /// The value that `percentile` (0..100) of the pixels' largest channels stay at or below; the
 /// largest of all where that is not > 0.
-double white_of(const RgbPicture& picture, double percentile);
+///
+/// channels  of one size: one, which is grey, or those of an RgbPicture
+double white_of(std::span<const Image> channels, double percentile);
 
 /// 8-bit sRGB, channels interleaved; what is below 0 or above `white` is cut off. Black where white
 /// is not > 0.
-std::vector<std::uint8_t> expose_to(const RgbPicture& picture, double white);
+std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double white);
 
 /// The channels of each pixel side by side.
-std::vector<float> interleaved(const RgbPicture& picture);
+std::vector<float> interleaved(std::span<const Image> channels);
 
 /// Reads a picture as linear sRGB; a grey one has three equal channels.
 ///

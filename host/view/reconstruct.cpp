@@ -7,7 +7,6 @@
 #include <glm/common.hpp>
 
 #include "cl/program.hpp"
-#include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/propagate/propagator.hpp"
@@ -150,31 +149,6 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
           "reconstruction: the picture is brighter than a float holds; scale the hologram's field");
   }
   return image;
-}
-
-std::vector<std::uint8_t> expose(const Image& intensity, double percentile, double* white) {
-  float level = 0;
-  if (!intensity.pixels.empty()) {
-    auto sorted = intensity.pixels;
-    const double last = static_cast<double>(sorted.size() - 1);
-    const auto nth =
-        sorted.begin() +
-        static_cast<std::ptrdiff_t>(std::lround(last * std::clamp(percentile, 0.0, 100.0) / 100));
-    std::nth_element(sorted.begin(), nth, sorted.end());
-    level = *nth > 0 ? *nth : *std::max_element(nth, sorted.end());
-  }
-  if (white) *white = level;
-  return expose_to(intensity, level);
-}
-
-std::vector<std::uint8_t> expose_to(const Image& intensity, double white) {
-  std::vector<std::uint8_t> pixels(intensity.pixels.size());
-  if (white <= 0) return pixels;
-  for (std::size_t i = 0; i < pixels.size(); ++i) {
-    const double encoded = srgb_of(double{intensity.pixels[i]} / white);
-    pixels[i] = static_cast<std::uint8_t>(std::lround(255 * encoded));
-  }
-  return pixels;
 }
 
 }  // namespace raywave

@@ -59,13 +59,4 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
                   const HologramSpec& spec, const ReconstructSpec& what,
                   const std::function<void(double)>& progress = {});
 
-/// 8-bit sRGB picture of intensities where `percentile` (0..100) of the pixels stay at or below
-/// white; `white` receives the intensity shown white (the largest when the percentile is black). A
-/// black picture stays black.
-std::vector<std::uint8_t> expose(const Image& intensity, double percentile,
-                                 double* white = nullptr);
-
-/// The same with the intensity that is shown white; black where it is not > 0.
-std::vector<std::uint8_t> expose_to(const Image& intensity, double white);
-
 }  // namespace raywave

@@ -313,8 +313,8 @@ TEST_CASE("a moved world has the plan of a world placed there") {
       move_objects(many.scene, world);
       const auto moved = make_plan(many.scene, world),
                  fresh = make_plan(many.scene, place_objects(many.scene, many.meshes));
-      CHECK(moved.near_m == Catch::Approx(fresh.near_m).epsilon(1e-13));
-      CHECK(moved.far_m == Catch::Approx(fresh.far_m).epsilon(1e-13));
+      CHECK(moved.extent.near_m == Catch::Approx(fresh.extent.near_m).epsilon(1e-13));
+      CHECK(moved.extent.far_m == Catch::Approx(fresh.extent.far_m).epsilon(1e-13));
       CHECK(moved.grid == fresh.grid);
       CHECK(moved.lattice.size == fresh.lattice.size);
       CHECK(moved.lattice.first == fresh.lattice.first);

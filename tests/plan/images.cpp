@@ -99,9 +99,9 @@ TEST_CASE("images far away get planes where more than a hundredth of the light c
 TEST_CASE("without mirrors or with depth 0 there are no images") {
   auto stage = mirror_and_card(0.9);
   stage.scene.trace.depth = 0;
-  CHECK(make_plan(stage.scene, stage.world).images.all.empty());
+  CHECK(make_plan(stage.scene, stage.world).specular.images.all.empty());
   const auto matt = mirror_and_card(0);
-  CHECK(make_plan(matt.scene, matt.world).images.all.empty());
+  CHECK(make_plan(matt.scene, matt.world).specular.images.all.empty());
 }
 
 TEST_CASE("images get a depth layer where they lie far from the scene") {

@@ -412,7 +412,7 @@ TEST_CASE("bounces are computed only when an object is a mirror or glass") {
   const auto bounces = [&](int material, int depth) {
     scene.objects[0].material = material;
     scene.trace.depth = depth;
-    return plan_of(scene, world).bounces;
+    return plan_of(scene, world).specular.bounces;
   };
   CHECK(bounces(0, 3) == 0);  // no object is a mirror or glass, though materials are
   CHECK(bounces(1, 3) == 3);

@@ -4,6 +4,7 @@
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/render.hpp"
+#include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -166,7 +167,8 @@ DEVICE_TEST("no light gives a dark hologram") {
         CHECK(result.levels.at(0)[y * 64 + x] == ((x + y) % 2 == 0 ? 192 : 64));
     const auto picture =
         reconstruct(device, host, result.field, scene.hologram, {10 * mm, {}, {0, 0}, {1, 1}, 2});
-    CHECK(expose(picture, 99.5) == std::vector<std::uint8_t>(64 * 48));
+    CHECK(expose_to({&picture, 1}, white_of({&picture, 1}, 99.5)) ==
+          std::vector<std::uint8_t>(64 * 48));
     CHECK_REFUSED(compare_fields(result.field, result.field), "zero everywhere");
   }
 }

@@ -44,14 +44,14 @@ TEST_CASE("the light that lasers have for a colour makes a picture of that colou
 TEST_CASE("pictures in colour are sRGB on screens, and linear sRGB in EXR") {
   auto picture = filled(2, 1, {0.5, 0.25, -0.1});
   picture.channels[0].pixels[1] = 2;
-  CHECK(white_of(picture, 100) == 2);
-  CHECK(white_of(picture, 0) == 0.5);
+  CHECK(white_of(picture.channels, 100) == 2);
+  CHECK(white_of(picture.channels, 0) == 0.5);
   // sRGB of 0.5 is 187.5, of 0.25 136.9; no light below 0, none above white
-  CHECK(expose_to(picture, 1) == std::vector<std::uint8_t>{188, 137, 0, 255, 137, 0});
-  CHECK(expose_to(picture, 0) == std::vector<std::uint8_t>(6, 0));
+  CHECK(expose_to(picture.channels, 1) == std::vector<std::uint8_t>{188, 137, 0, 255, 137, 0});
+  CHECK(expose_to(picture.channels, 0) == std::vector<std::uint8_t>(6, 0));
 
   const Folder folder;
-  save_picture(folder / "a.exr", 2, 1, interleaved(picture));
+  save_picture(folder / "a.exr", 2, 1, interleaved(picture.channels));
   const auto read = load_rgb(folder / "a.exr", "");
   for (std::size_t c = 0; c < 3; ++c) CHECK(read.channels[c].pixels == picture.channels[c].pixels);
   CHECK(!is_grey(read));

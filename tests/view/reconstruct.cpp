@@ -4,6 +4,7 @@
 #include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
 #include "host/scene/scene.hpp"
+#include "host/view/colour_picture.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 
@@ -175,17 +176,18 @@ DEVICE_TEST("impossible reconstructions are refused") {
 TEST_CASE("exposure puts the percentile at white, on the sRGB curve, and leaves black black") {
   Image image{101, 1, {}};
   for (int i = 0; i <= 100; ++i) image.pixels.push_back(static_cast<float>(i));
-  double white = -1;
-  const auto pixels = expose(image, 50, &white);
-  CHECK(white == 50);
+  const auto pixels = expose_to({&image, 1}, 50);
+  CHECK(white_of({&image, 1}, 50) == 50);
   CHECK(pixels[0] == 0);
   CHECK(pixels[50] == 255);
   CHECK(pixels[100] == 255);
   CHECK(pixels[25] == 188);  // sRGB of one half: 0.7354
-  CHECK(expose({2, 2, {0, 0, 0, 0}}, 99) == std::vector<std::uint8_t>(4));
-  CHECK(expose({2, 2, {0, 0, 0, 3}}, 50, &white) == std::vector<std::uint8_t>{0, 0, 0, 255});
-  CHECK(white == 3);
-  CHECK(expose({}, 99).empty());
+  const auto exposed = [](const Image& one, double percentile) {
+    return expose_to({&one, 1}, white_of({&one, 1}, percentile));
+  };
+  CHECK(exposed({2, 2, {0, 0, 0, 0}}, 99) == std::vector<std::uint8_t>(4));
+  CHECK(exposed({2, 2, {0, 0, 0, 3}}, 50) == std::vector<std::uint8_t>{0, 0, 0, 255});
+  CHECK(exposed({}, 99).empty());
 }
 
 }  // namespace
