@@ -121,10 +121,6 @@ FieldComparison compare_with_points(const cl::Device& device, const std::vector<
                                     const World& world, const Rendered& rendered,
                                     const RenderOptions& how);
 
-/// Light of the hologram's picture in the rectangle around what the lens sees brighter than a
-/// hundredth of its brightest.
-double light_in_picture(const Image& lens, const Image& hologram);
-
 /// Seconds of each stage, wall or processor, of all lasers together.
 std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& lasers,
                                             std::map<std::string, double> RenderResult::*seconds);

@@ -7,7 +7,7 @@
 
 #include "host/common/format.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/quality.hpp"
+#include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
 

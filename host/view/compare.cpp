@@ -341,4 +341,24 @@ Image averaged(const Image& image, int side) {
   return result;
 }
 
+double light_in_picture(const Image& lens, const Image& hologram) {
+  const float least = *std::max_element(lens.pixels.begin(), lens.pixels.end()) / 100;
+  int left = lens.width, right = -1, top = lens.height, bottom = -1;
+  for (int y = 0; y < lens.height; ++y) {
+    for (int x = 0; x < lens.width; ++x) {
+      if (lens.pixels[std::size_t{1} * y * lens.width + x] <= least) continue;
+      left = std::min(left, x);
+      right = std::max(right, x);
+      top = std::min(top, y);
+      bottom = y;
+    }
+  }
+  double sum = 0;
+  for (int y = top; y <= bottom; ++y) {
+    for (int x = left; x <= right; ++x)
+      sum += hologram.pixels[std::size_t{1} * y * hologram.width + x];
+  }
+  return sum;
+}
+
 }  // namespace raywave

@@ -100,4 +100,8 @@ double largest_magnitude(const Image& values);
 /// smaller.
 Image averaged(const Image& image, int side);
 
+/// Light of the hologram's picture in the rectangle around what the lens sees brighter than a
+/// hundredth of its brightest.
+double light_in_picture(const Image& lens, const Image& hologram);
+
 }  // namespace raywave

@@ -10,6 +10,7 @@
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/scenes.hpp"
 
 namespace raywave::test {
 
