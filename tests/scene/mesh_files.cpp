@@ -10,6 +10,7 @@
 #include <string>
 #include <vector>
 
+#include "host/scene/image.hpp"
 #include "host/scene/mesh.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
@@ -580,6 +581,25 @@ TEST_CASE("meshes and pictures are found whatever their names") {
     REQUIRE(maps.size() == 1);
     REQUIRE(maps[0].colour);
     CHECK(maps[0].colour.image->pixels[0] == Catch::Approx(linear(188 / 255.0)).epsilon(1e-5));
+  }
+}
+
+TEST_CASE("the colours of a WebP are those of the file, whatever its alpha") {
+  const Folder folder;
+  // 2 x 2 texels, without loss: (200, 100, 50, 128), (10, 20, 30, 0), (255, 0, 0, 255) ...
+  constexpr std::array<unsigned char, 70> bytes{
+      0x52, 0x49, 0x46, 0x46, 0x3e, 0x00, 0x00, 0x00, 0x57, 0x45, 0x42, 0x50, 0x56, 0x50,
+      0x38, 0x4c, 0x32, 0x00, 0x00, 0x00, 0x2f, 0x01, 0x40, 0x00, 0x10, 0x1f, 0x20, 0x10,
+      0x20, 0x4c, 0xf8, 0xf2, 0x3f, 0x63, 0x43, 0x4c, 0x43, 0xcc, 0xab, 0x7f, 0x1e, 0xd5,
+      0x88, 0x05, 0x53, 0x3c, 0x88, 0xee, 0x04, 0x02, 0x44, 0x9b, 0x33, 0x69, 0xce, 0x04,
+      0x7b, 0xa0, 0x57, 0x09, 0xb2, 0x01, 0xca, 0x54, 0x61, 0x13, 0xd1, 0xff, 0xf8, 0x00};
+  const auto file = folder.write("a.webp", {bytes.begin(), bytes.end()});
+  const auto channels = load_channels(file, "rgA", "here");
+  const std::array<std::array<double, 3>, 3> texels{{{200, 100, 128}, {10, 20, 0}, {255, 0, 255}}};
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(channels.at(0).pixels[i] == Catch::Approx(linear(texels[i][0] / 255)).epsilon(1e-5));
+    CHECK(channels.at(1).pixels[i] == Catch::Approx(linear(texels[i][1] / 255)).epsilon(1e-5));
+    CHECK(channels.at(2).pixels[i] == Catch::Approx(texels[i][2] / 255));
   }
 }
 

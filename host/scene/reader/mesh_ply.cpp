@@ -104,7 +104,8 @@ private:
   }
 
   void read_header() {
-    if (!lines_.next_line() || lines_.word() != "ply") fail("is no PLY: it starts with no \"ply\"");
+    if (!lines_.next_line() || lines_.word() != "ply")
+      throw InputError("is no PLY: it starts with no \"ply\"");
     std::string format;
     for (;;) {
       if (!lines_.next_line()) throw InputError("its header has no \"end_header\"");
@@ -132,7 +133,8 @@ private:
         property.name = lines_.word();
         elements_.back().properties.push_back(std::move(property));
       } else if (!key.empty()) {
-        fail("\"" + std::string(key.substr(0, 40)) + "\" is no word of a PLY header");
+        builder_.notes.add('"' + std::string(key.substr(0, 40)) + "\" in the header is ignored",
+                           lines_.where());
       }
     }
     is_text_ = format == "ascii";
