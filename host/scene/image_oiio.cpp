@@ -13,6 +13,7 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/oiio_name.hpp"
 
 namespace raywave {
 namespace {
@@ -25,7 +26,8 @@ void stay_in_one_thread() {
 
 /// True when a picture file holds these pixels.
 bool holds(const std::filesystem::path& file, const OIIO::ImageSpec& spec, const void* pixels) {
-  const auto input = OIIO::ImageInput::open(file.string());
+  const OiioName name(file);
+  const auto input = OIIO::ImageInput::open(name.text());
   if (!input || input->spec().width != spec.width || input->spec().height != spec.height ||
       input->spec().nchannels != spec.nchannels)
     return false;

@@ -1,16 +1,21 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <OpenImageIO/imageio.h>
+#include <webp/decode.h>
 
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 #include <filesystem>
+#include <fstream>
+#include <iterator>
 #include <memory>
 #include <stdexcept>
 #include <string>
 #include <string_view>
 
 #include "host/common/error.hpp"
+#include "host/scene/oiio_name.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 
@@ -20,20 +25,39 @@ namespace {
 constexpr int kMaxTextureSide = 16384;
 constexpr int kMaxChannels = 64;
 
+/// A picture, and where OpenImageIO would multiply its colours by alpha (WebP), what libwebp says.
+struct Picture {
+  std::unique_ptr<OIIO::ImageInput> input;
+  std::vector<std::uint8_t> rgba{};
+
+  const OIIO::ImageSpec& spec() const { return input->spec(); }
+};
+
+std::vector<std::uint8_t> webp_of(const std::filesystem::path& file, const OIIO::ImageSpec& spec) {
+  std::ifstream stream(file, std::ios::binary);
+  const std::string bytes((std::istreambuf_iterator<char>(stream)), {});
+  std::vector<std::uint8_t> rgba(std::size_t{4} * spec.width * spec.height);
+  if (!WebPDecodeRGBAInto(reinterpret_cast<const std::uint8_t*>(bytes.data()), bytes.size(),
+                          rgba.data(), rgba.size(), 4 * spec.width))
+    throw InputError("is a damaged WebP, or an animation");
+  return rgba;
+}
+
 /// Opens a picture and checks the size that it claims.
-std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int max_side) {
+Picture open(const std::filesystem::path& file, int max_side) {
   OIIO::ImageSpec as_stored;
   as_stored["oiio:UnassociatedAlpha"] = 1;  // colours not multiplied by alpha
-  auto input = OIIO::ImageInput::open(file.string(), &as_stored);
-  if (!input) {
+  const OiioName name(file);
+  Picture picture{OIIO::ImageInput::open(name.text(), &as_stored)};
+  if (!picture.input) {
     const auto reason = OIIO::geterror();
-    if (!OIIO::ImageInput::create(file.string())) {
+    if (!OIIO::ImageInput::create(name.text())) {
       OIIO::geterror();  // else it is printed at the end
       throw InputError("is no picture of a known format, such as PNG, JPEG, TIFF, TGA or EXR");
     }
     throw InputError(reason);
   }
-  const OIIO::ImageSpec& spec = input->spec();
+  const OIIO::ImageSpec& spec = picture.spec();
   if (spec.width < 1 || spec.height < 1 || spec.depth > 1 || spec.width > max_side ||
       spec.height > max_side)
     throw InputError("its size is " + std::to_string(spec.width) + " x " +
@@ -41,13 +65,21 @@ std::unique_ptr<OIIO::ImageInput> open(const std::filesystem::path& file, int ma
                      std::to_string(max_side));
   if (spec.nchannels < 1 || spec.nchannels > kMaxChannels || spec.deep)
     throw InputError("must have 1 to " + std::to_string(kMaxChannels) + " channels");
-  return input;
+  if (picture.input->format_name() == std::string_view("webp") && spec.nchannels == 4)
+    picture.rgba = webp_of(file, spec);
+  return picture;
 }
 
 /// One channel as float; integer formats are divided by the format's largest number.
-Image read(OIIO::ImageInput& input, int channel) {
-  Image image{input.spec().width, input.spec().height, {}};
+Image read(const Picture& picture, int channel) {
+  Image image{picture.spec().width, picture.spec().height, {}};
   image.pixels.resize(std::size_t{1} * image.width * image.height);
+  if (!picture.rgba.empty()) {
+    for (std::size_t i = 0; i < image.pixels.size(); ++i)
+      image.pixels[i] = picture.rgba[4 * i + static_cast<std::size_t>(channel)] / 255.0f;
+    return image;
+  }
+  auto& input = *picture.input;
   if (!input.read_image(0, 0, channel, channel + 1, OIIO::TypeFloat, image.pixels.data()))
     throw InputError(input.geterror());
   if (!std::all_of(image.pixels.begin(), image.pixels.end(),
@@ -57,7 +89,7 @@ Image read(OIIO::ImageInput& input, int channel) {
 }
 
 /// One channel as linear light: integer formats are sRGB.
-Image read_linear(OIIO::ImageInput& input, int channel) {
+Image read_linear(const Picture& input, int channel) {
   Image image = read(input, channel);
   if (!input.spec().format.is_floating_point())
     std::transform(image.pixels.begin(), image.pixels.end(), image.pixels.begin(),
@@ -67,11 +99,11 @@ Image read_linear(OIIO::ImageInput& input, int channel) {
 
 Image read_texture(const std::filesystem::path& file, int channel) {
   const auto input = open(file, kMaxTextureSide);
-  return read_linear(*input, input->spec().nchannels < 3 ? 0 : channel);
+  return read_linear(input, input.spec().nchannels < 3 ? 0 : channel);
 }
 
 /// The channel of a letter, as load_channels has them.
-Image read_channel(OIIO::ImageInput& input, char letter) {
+Image read_channel(const Picture& input, char letter) {
   const auto& spec = input.spec();
   const std::string_view light = "rgb", data = "RGB";
   const auto place = [&](std::string_view letters) {
@@ -89,30 +121,30 @@ Image read_channel(OIIO::ImageInput& input, char letter) {
 std::vector<Image> read_channels(const std::filesystem::path& file, const std::string& letters) {
   const auto input = open(file, kMaxTextureSide);
   std::vector<Image> channels;
-  for (const char letter : letters) channels.push_back(read_channel(*input, letter));
+  for (const char letter : letters) channels.push_back(read_channel(input, letter));
   return channels;
 }
 
 Image read_grey(const std::filesystem::path& file) {
   const auto input = open(file, kMaxTextureSide);
-  if (input->spec().nchannels != 1)
-    throw InputError("must be grey; it has " + std::to_string(input->spec().nchannels) +
+  if (input.spec().nchannels != 1)
+    throw InputError("must be grey; it has " + std::to_string(input.spec().nchannels) +
                      " channels");
-  return read_linear(*input, 0);
+  return read_linear(input, 0);
 }
 
 Image read_levels(const std::filesystem::path& file) {
   const auto input = open(file, largest_picture_side);
   constexpr std::array lossless{"png", "bmp", "tiff"};
-  if (std::find(lossless.begin(), lossless.end(), std::string(input->format_name())) ==
+  if (std::find(lossless.begin(), lossless.end(), std::string(input.input->format_name())) ==
       lossless.end())
-    throw InputError(std::string("is a picture of kind ") + input->format_name() +
+    throw InputError(std::string("is a picture of kind ") + input.input->format_name() +
                      ", which may lose levels; give png, bmp or tiff");
-  const OIIO::ImageSpec& spec = input->spec();
+  const OIIO::ImageSpec& spec = input.spec();
   if (spec.nchannels != 1 || (spec.format != OIIO::TypeUInt8 && spec.format != OIIO::TypeUInt16))
     throw InputError("must be grey of 8 or 16 bits; it has " + std::to_string(spec.nchannels) +
                      " channels of type " + spec.format.c_str());
-  return read(*input, 0);
+  return read(input, 0);
 }
 
 }  // namespace

@@ -5,9 +5,23 @@
 #include <string>
 #include <variant>
 
+#include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader/serve.hpp"
 #include "host/scene/reader_reply.hpp"
+
+namespace {
+
+raywave::Mesh mesh_of(const std::filesystem::path& file, bool wants_nodes) {
+  const auto type = raywave::lower(file.extension().string());
+  if (type == ".obj") return raywave::read_obj(file);
+  if (type == ".ply") return raywave::read_ply(file);
+  if (type == ".stl") return raywave::read_stl(file);
+  if (type == ".off") return raywave::read_off(file);
+  return raywave::read_mesh(file, wants_nodes);
+}
+
+}  // namespace
 
 int main(int argc, char** argv) {
   std::variant<raywave::Mesh, raywave::GltfSet, raywave::GltfMotion> found;
@@ -20,7 +34,7 @@ int main(int argc, char** argv) {
         else if (what == "motion")
           found = raywave::read_gltf_motion(arguments[0]);
         else
-          found = raywave::read_mesh(arguments.at(0), what == "nodes");
+          found = mesh_of(arguments.at(0), what == "nodes");
       },
       [&](raywave::ReaderPipe& pipe) {
         std::visit([&](const auto& one) { raywave::send(pipe, one); }, found);

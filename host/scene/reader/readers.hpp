@@ -19,6 +19,12 @@ namespace raywave {
 /// wants_nodes  of a glTF file: sets Mesh::triangle_node
 Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes = false);
 
+/// Meshes of other kinds, by readers of our own; all as read_mesh has them.
+Mesh read_obj(const std::filesystem::path& file);
+Mesh read_ply(const std::filesystem::path& file);
+Mesh read_stl(const std::filesystem::path& file);
+Mesh read_off(const std::filesystem::path& file);
+
 /// Cameras and lights of a glTF 2.0 file, where its nodes put them.
 GltfSet read_gltf_set(const std::filesystem::path& file);
 

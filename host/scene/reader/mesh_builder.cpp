@@ -1,0 +1,151 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/scene/reader/mesh_builder.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <limits>
+#include <utility>
+
+#include "host/scene/reader/mesh_polygon.hpp"
+#include "host/scene/reader/readers.hpp"
+#include "host/scene/reader_reply.hpp"
+#include "host/scene/vectors.hpp"
+
+namespace raywave {
+
+void Notes::add(const std::string& what, const std::string& where) {
+  const auto [known, is_new] = number_.try_emplace(what, notes_.size());
+  if (is_new && notes_.size() >= most_notes_of_file) {
+    number_.erase(known);
+    return;
+  }
+  if (is_new) notes_.push_back({what, where, 0});
+  ++notes_[known->second].count;
+}
+
+std::vector<std::string> Notes::take() {
+  std::vector<std::string> texts;
+  for (const auto& note : notes_) {
+    auto text = (note.where.empty() ? "" : note.where + ": ") + note.what;
+    if (note.count > 1) text += " (" + std::to_string(note.count) + " times)";
+    text.resize(std::min(text.size(), longest_text));
+    texts.push_back(std::move(text));
+  }
+  return texts;
+}
+
+bool is_position(const glm::dvec3& p) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
+}
+
+std::uint32_t MeshBuilder::add_vertex(const glm::dvec3& position, const glm::dvec3& normal,
+                                      const glm::dvec2& uv, const Where& where) {
+  if (!is_position(position)) throw InputError(where() + ": a vertex is NaN or infinite");
+  if (mesh.positions.size() >= most_vertices_of_file)
+    throw InputError("more than " + std::to_string(most_vertices_of_file) + " vertices");
+  mesh.positions.push_back(position);
+  mesh.normals.push_back(unit_or_zero(normal));
+  mesh.uvs.push_back(std::isfinite(uv.x + uv.y) ? uv : glm::dvec2(0));
+  return static_cast<std::uint32_t>(mesh.positions.size() - 1);
+}
+
+void MeshBuilder::add_face(std::span<const std::uint32_t> corners, std::int32_t material,
+                           const Where& where) {
+  if (corners.size() < 3) {
+    notes.add("a face of fewer than three corners is left out", where());
+    return;
+  }
+  for (const auto corner : corners)
+    if (corner >= mesh.positions.size())
+      throw InputError(where() + ": a face names a vertex that is not there: number " +
+                       std::to_string(corner) + ", counted from 0, of " +
+                       std::to_string(mesh.positions.size()));
+  if (mesh.triangles.size() + corners.size() > most_triangles_of_file + 2)
+    throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
+  const auto add = [&](std::uint32_t a, std::uint32_t b, std::uint32_t c) {
+    mesh.triangles.emplace_back(a, b, c);
+    mesh.triangle_material.push_back(material);
+  };
+  if (corners.size() == 3) return add(corners[0], corners[1], corners[2]);
+  corners_.clear();
+  for (const auto corner : corners) corners_.push_back(mesh.positions[corner]);
+  if (!cut_polygon(corners_, triangles_))
+    throw InputError(where() + ": the outline of a face of " + std::to_string(corners.size()) +
+                     " corners crosses itself; triangulate it in the program that made it");
+  for (const auto& t : triangles_) add(corners[t.x], corners[t.y], corners[t.z]);
+}
+
+void MeshBuilder::set_colours(std::vector<glm::vec4> colours, float scale) {
+  for (auto& c : colours) {
+    c /= scale;
+    if (std::isnan(c.w)) c.w = 1;
+    if (!std::isfinite(c.x + c.y + c.z + c.w)) c = glm::vec4(1);
+    for (int i = 0; i < 4; ++i) {
+      c[i] = std::clamp(c[i], 0.0f, 1.0f);
+      if (i < 3) c[i] = linear_from_srgb(c[i]);
+    }
+  }
+  colours.resize(mesh.positions.size(), glm::vec4(1));
+  mesh.colours = std::move(colours);
+  for (auto& material : mesh.materials) material.look.vertex_colours = 1;
+  auto& worn = mesh.triangle_material;
+  if (std::find(worn.begin(), worn.end(), -1) == worn.end()) return;
+  std::replace(worn.begin(), worn.end(), -1, static_cast<std::int32_t>(mesh.materials.size()));
+  mesh.materials.push_back(white_material("colours of vertices"));
+  mesh.materials.back().look.vertex_colours = 1;
+}
+
+void MeshBuilder::set_triangle_colours(std::vector<glm::vec4> colours, float scale) {
+  colours.resize(mesh.triangles.size(), glm::vec4(scale));
+  const auto positions = std::move(mesh.positions), normals = std::move(mesh.normals);
+  const auto uvs = std::move(mesh.uvs);
+  mesh.positions.clear();
+  mesh.normals.clear();
+  mesh.uvs.clear();
+  std::vector<glm::vec4> of_vertices;
+  for (std::size_t i = 0; i < colours.size(); ++i)
+    for (int k = 0; k < 3; ++k) {
+      auto& corner = mesh.triangles[i][k];
+      mesh.positions.push_back(positions[corner]);
+      mesh.normals.push_back(normals[corner]);
+      mesh.uvs.push_back(uvs[corner]);
+      of_vertices.push_back(colours[i]);
+      corner = static_cast<std::uint32_t>(of_vertices.size() - 1);
+    }
+  set_colours(std::move(of_vertices), scale);
+}
+
+Mesh MeshBuilder::finish() {
+  if (mesh.triangles.empty()) throw InputError("holds no triangle");
+  if (mesh.materials.empty()) mesh.triangle_material.clear();
+  mesh.notes = notes.take();
+  return std::move(mesh);
+}
+
+float brightest_of(std::span<const glm::vec4> colours) {
+  float largest = 0;
+  for (const auto& c : colours) largest = std::max({largest, c.x, c.y, c.z});
+  for (const float scale : {1.0f, 255.0f, 65535.0f})
+    if (largest <= scale) return scale;
+  return 4294967295.0f;
+}
+
+MeshMaterial white_material(const std::string& name) {
+  MeshMaterial material{name, {}, {}};
+  material.look.ambient = glm::dvec3(1);
+  material.look.two_sided = 1;
+  return material;
+}
+
+std::int32_t add_picture(Mesh& mesh, const std::string& name) {
+  const auto cut = name.substr(0, longest_text);
+  for (std::size_t i = 0; i < mesh.pictures.size(); ++i)
+    if (mesh.pictures[i].name == cut) return static_cast<std::int32_t>(i);
+  if (mesh.pictures.size() >= most_pictures_of_file) return -1;
+  mesh.pictures.push_back({cut, {}});
+  return static_cast<std::int32_t>(mesh.pictures.size() - 1);
+}
+
+}  // namespace raywave

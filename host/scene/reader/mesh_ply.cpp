@@ -1,0 +1,362 @@
+// SPDX-License-Identifier: Apache-2.0
+// PLY: text, and binary of both byte orders.
+#include <algorithm>
+#include <array>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <optional>
+#include <span>
+#include <utility>
+
+#include "host/scene/reader/mesh_builder.hpp"
+#include "host/scene/reader/mesh_text.hpp"
+#include "host/scene/reader/readers.hpp"
+#include "host/scene/reader_reply.hpp"
+
+namespace raywave {
+namespace {
+
+enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
+
+std::size_t size_of(Type type) {
+  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
+  return sizes[static_cast<std::size_t>(type)];
+}
+
+struct Property {
+  std::string name;
+  Type type = Type::f32;
+  std::optional<Type> count;  // of a list
+};
+
+struct Element {
+  std::string name;
+  std::uint64_t count = 0;
+  std::vector<Property> properties;
+
+  /// The first property of one of these names; -1: there is none.
+  int find(std::initializer_list<const char*> names) const {
+    for (const std::string one : names)
+      for (std::size_t i = 0; i < properties.size(); ++i)
+        if (properties[i].name == one) return static_cast<int>(i);
+    return -1;
+  }
+};
+
+/// Where an element's colour stands: red, green, blue and alpha; -1: nowhere.
+struct Colour {
+  std::array<int, 4> at;
+  bool is_there = false, is_bytes = false;
+
+  explicit Colour(const Element& of)
+      : at{of.find({"red", "diffuse_red", "r"}), of.find({"green", "diffuse_green", "g"}),
+           of.find({"blue", "diffuse_blue", "b"}), of.find({"alpha", "diffuse_alpha", "a"})} {
+    is_there = at[0] >= 0 && at[1] >= 0 && at[2] >= 0;
+    is_bytes = is_there && of.properties[static_cast<std::size_t>(at[0])].type == Type::u8;
+  }
+  float scale_of(std::span<const glm::vec4> found) const {
+    return is_bytes ? 255.0f : brightest_of(found);
+  }
+};
+
+class PlyReader {
+public:
+  PlyReader(std::string_view bytes) : bytes_(bytes), lines_(bytes, "") {}
+
+  Mesh read() {
+    read_header();
+    for (const auto& element : elements_) read_element(element);
+    if (!vertex_colours_.empty())
+      builder_.set_colours(std::move(vertex_colours_), scale_);
+    else if (!face_colours_.empty())
+      builder_.set_triangle_colours(std::move(face_colours_), scale_);
+    return builder_.finish();
+  }
+
+private:
+  using Values = std::vector<std::vector<double>>;  // of each property of an element
+
+  [[noreturn]] void fail(const std::string& what) const {
+    throw InputError(lines_.where() + ": " + what);
+  }
+
+  Type type_of(std::string_view word) const {
+    constexpr std::array<std::pair<std::string_view, Type>, 16> names{{{"char", Type::i8},
+                                                                       {"int8", Type::i8},
+                                                                       {"uchar", Type::u8},
+                                                                       {"uint8", Type::u8},
+                                                                       {"short", Type::i16},
+                                                                       {"int16", Type::i16},
+                                                                       {"ushort", Type::u16},
+                                                                       {"uint16", Type::u16},
+                                                                       {"int", Type::i32},
+                                                                       {"int32", Type::i32},
+                                                                       {"uint", Type::u32},
+                                                                       {"uint32", Type::u32},
+                                                                       {"float", Type::f32},
+                                                                       {"float32", Type::f32},
+                                                                       {"double", Type::f64},
+                                                                       {"float64", Type::f64}}};
+    for (const auto& [name, type] : names)
+      if (word == name) return type;
+    fail("\"" + std::string(word.substr(0, 40)) + "\" is no type of a property");
+  }
+
+  void read_header() {
+    if (!lines_.next_line() || lines_.word() != "ply")
+      throw InputError("is no PLY: it starts with no \"ply\"");
+    std::string format;
+    for (;;) {
+      if (!lines_.next_line()) throw InputError("its header has no \"end_header\"");
+      const auto key = lines_.word();
+      if (key == "end_header") break;
+      if (key == "format") {
+        format = lines_.word();
+      } else if (key == "comment" || key == "obj_info") {
+        if (lines_.word() == "TextureFile") texture_ = lines_.rest();
+      } else if (key == "element") {
+        elements_.emplace_back().name = lines_.word();
+        const double count = lines_.number();
+        if (!(count >= 0 && count <= 1e12) || count != std::floor(count))
+          fail("an element needs a number of its kind");
+        elements_.back().count = static_cast<std::uint64_t>(count);
+      } else if (key == "property") {
+        if (elements_.empty()) fail("a property of no element");
+        Property property;
+        auto type = lines_.word();
+        if (type == "list") {
+          property.count = type_of(lines_.word());
+          type = lines_.word();
+        }
+        property.type = type_of(type);
+        property.name = lines_.word();
+        elements_.back().properties.push_back(std::move(property));
+      } else if (!key.empty()) {
+        builder_.notes.add('"' + std::string(key.substr(0, 40)) + "\" in the header is ignored",
+                           lines_.where());
+      }
+    }
+    is_text_ = format == "ascii";
+    is_swapped_ = (format == "binary_big_endian") != (std::endian::native == std::endian::big);
+    if (!is_text_ && format != "binary_little_endian" && format != "binary_big_endian")
+      throw InputError("its format is none of ascii, binary_little_endian, binary_big_endian");
+    // A first byte of 0x0A belongs to the data, unless all lines end with \r\n
+    at_ = lines_.end();
+    const auto first = bytes_.find_first_of("\r\n");
+    if (bytes_[first] == '\r' && bytes_[first + 1] != '\n' && bytes_[at_ - 1] == '\n') --at_;
+  }
+
+  double binary(Type type) {
+    const auto size = size_of(type);
+    if (bytes_.size() - at_ < size) throw InputError(place() + ": the file ends too soon");
+    std::array<char, 8> b{};
+    std::memcpy(b.data(), bytes_.data() + at_, size);
+    at_ += size;
+    if (is_swapped_) std::reverse(b.begin(), b.begin() + static_cast<std::ptrdiff_t>(size));
+    const auto as = [&](auto value) {
+      std::memcpy(&value, b.data(), sizeof value);
+      return static_cast<double>(value);
+    };
+    switch (type) {
+      case Type::i8:
+        return as(std::int8_t{});
+      case Type::u8:
+        return as(std::uint8_t{});
+      case Type::i16:
+        return as(std::int16_t{});
+      case Type::u16:
+        return as(std::uint16_t{});
+      case Type::i32:
+        return as(std::int32_t{});
+      case Type::u32:
+        return as(std::uint32_t{});
+      case Type::f32:
+        return as(float{});
+      case Type::f64:
+        break;
+    }
+    return as(double{});
+  }
+
+  double value(Type type) { return is_text_ ? lines_.number() : binary(type); }
+
+  std::string place() const {
+    return is_text_ ? lines_.where() : element_->name + ' ' + std::to_string(number_);
+  }
+
+  /// Reads the next of an element, all of its properties.
+  void read_one(const Element& element, Values& values) {
+    if (is_text_) {
+      std::string_view first;
+      do {
+        if (!lines_.next_line()) throw InputError(place() + ": the file ends too soon");
+        auto ahead = lines_;
+        first = ahead.rest();
+      } while (first.empty());
+    }
+    for (std::size_t i = 0; i < element.properties.size(); ++i) {
+      const auto& property = element.properties[i];
+      double count = 1;
+      if (property.count) count = value(*property.count);
+      if (!(count >= 0 && count <= static_cast<double>(bytes_.size())))
+        throw InputError(place() + ": a list of " + std::to_string(count) + " numbers");
+      values[i].clear();
+      for (auto left = static_cast<std::uint64_t>(count); left > 0; --left)
+        values[i].push_back(value(property.type));
+    }
+    if (is_text_ && !lines_.word().empty())
+      throw InputError(place() + ": has more numbers than the header says");
+  }
+
+  /// Notes what of an element nobody reads.
+  void note_others(const Element& element, std::vector<int> known) {
+    std::string names;
+    for (std::size_t i = 0; i < element.properties.size(); ++i)
+      if (std::find(known.begin(), known.end(), static_cast<int>(i)) == known.end())
+        names += (names.empty() ? "" : ", ") + element.properties[i].name;
+    if (!names.empty() && element.count > 0)
+      builder_.notes.add("of each " + element.name + " is ignored: " + names, "");
+  }
+
+  void read_element(const Element& element) {
+    element_ = &element;
+    number_ = 0;
+    std::size_t least = 0;
+    for (const auto& one : element.properties)
+      least += is_text_ ? 2 : size_of(one.count.value_or(one.type));
+    const auto left = bytes_.size() - (is_text_ ? lines_.end() : at_);
+    if (element.count > (left + 1) / std::max<std::size_t>(least, 1))
+      throw InputError("holds fewer of \"" + element.name +
+                       "\" than its header says: " + std::to_string(element.count));
+    if (element.name == "vertex") return read_vertices(element);
+    if (element.name == "face" || element.name == "tristrips") return read_faces(element);
+    if (element.count > 0) builder_.notes.add("element \"" + element.name + "\" is ignored", "");
+    Values values(element.properties.size());
+    for (; number_ < element.count; ++number_) read_one(element, values);
+  }
+
+  static double one_of(const Values& values, int at, double otherwise = 0) {
+    return at < 0 || values[static_cast<std::size_t>(at)].empty()
+               ? otherwise
+               : values[static_cast<std::size_t>(at)][0];
+  }
+
+  static glm::vec4 colour_of(const Values& values, const Colour& colour) {
+    return {one_of(values, colour.at[0]), one_of(values, colour.at[1]),
+            one_of(values, colour.at[2]), one_of(values, colour.at[3], NAN)};
+  }
+
+  void read_vertices(const Element& element) {
+    const int x = element.find({"x"}), y = element.find({"y"}), z = element.find({"z"});
+    if (x < 0 || y < 0 || z < 0) throw InputError("its vertices have no x, y and z");
+    const int nx = element.find({"nx"}), ny = element.find({"ny"}), nz = element.find({"nz"}),
+              u = element.find({"s", "u", "texture_u", "texture_s", "tex_u"}),
+              v = element.find({"t", "v", "texture_v", "texture_t", "tex_v"});
+    Colour colour(element);
+    const auto& c = colour.at;
+    note_others(element, {x, y, z, nx, ny, nz, u, v, c[0], c[1], c[2], c[3]});
+    auto& mesh = builder_.mesh;
+    mesh.positions.reserve(element.count);
+    mesh.normals.reserve(element.count);
+    mesh.uvs.reserve(element.count);
+    Values values(element.properties.size());
+    for (; number_ < element.count; ++number_) {
+      read_one(element, values);
+      const glm::dvec3 normal(one_of(values, nx), one_of(values, ny), one_of(values, nz));
+      builder_.add_vertex({one_of(values, x), one_of(values, y), one_of(values, z)}, normal,
+                          {one_of(values, u), one_of(values, v)}, [&] { return place(); });
+      if (colour.is_there) vertex_colours_.push_back(colour_of(values, colour));
+    }
+    scale_ = colour.scale_of(vertex_colours_);
+  }
+
+  void read_faces(const Element& element) {
+    const int corners = element.find({"vertex_indices", "vertex_index", "vertex_indexes"}),
+              places = element.find({"texcoord", "texcoords"}),
+              picture = element.find({"texnumber"});
+    if (corners < 0 && element.count > 0) throw InputError("its faces have no \"vertex_indices\"");
+    Colour colour(element);
+    const auto& c = colour.at;
+    note_others(element, {corners, places, picture, c[0], c[1], c[2], c[3]});
+    if (colour.is_there && !vertex_colours_.empty()) {
+      builder_.notes.add("colours of faces are ignored: vertices have colours", "");
+      colour.is_there = false;
+    }
+    auto& mesh = builder_.mesh;
+    std::int32_t material = -1;
+    if (!texture_.empty()) {
+      material = static_cast<std::int32_t>(mesh.materials.size());
+      mesh.materials.push_back(white_material(texture_));
+      mesh.materials.back().look.base_map.picture = add_picture(mesh, texture_);
+    }
+    const auto shared = mesh.positions.size();
+    Values values(element.properties.size());
+    std::vector<std::uint32_t> numbers;
+    for (; number_ < element.count; ++number_) {
+      read_one(element, values);
+      numbers.clear();
+      for (const double index : values[static_cast<std::size_t>(corners)]) {
+        const bool ends_strip = element.name == "tristrips" && index < 0;
+        if (!ends_strip && !(index >= 0 && index < static_cast<double>(shared)))
+          throw InputError(place() + ": names vertex " + std::to_string(std::llround(index)) +
+                           ", and there are " + std::to_string(shared));
+        numbers.push_back(ends_strip ? UINT32_MAX : static_cast<std::uint32_t>(index));
+      }
+      if (element.name == "tristrips") {
+        add_strips(numbers);
+        continue;
+      }
+      if (places >= 0) set_apart(numbers, values[static_cast<std::size_t>(places)]);
+      builder_.add_face(numbers, material, [&] { return place(); });
+      if (colour.is_there) face_colours_.resize(mesh.triangles.size(), colour_of(values, colour));
+    }
+    if (colour.is_there) scale_ = colour.scale_of(face_colours_);
+  }
+
+  /// Gives the corners of a face vertices of their own, with its texture coordinates.
+  void set_apart(std::vector<std::uint32_t>& numbers, const std::vector<double>& places) {
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      const auto from = numbers[i];
+      const glm::dvec3 position = builder_.mesh.positions[from],
+                       normal = builder_.mesh.normals[from];
+      const auto uv = 2 * i + 1 < places.size() ? glm::dvec2(places[2 * i], places[2 * i + 1])
+                                                : builder_.mesh.uvs[from];
+      numbers[i] = builder_.add_vertex(position, normal, uv, [&] { return place(); });
+      if (!vertex_colours_.empty()) vertex_colours_.push_back(glm::vec4(vertex_colours_[from]));
+    }
+  }
+
+  void add_strips(const std::vector<std::uint32_t>& numbers) {
+    std::size_t first = 0;
+    for (std::size_t i = 0; i < numbers.size(); ++i) {
+      if (numbers[i] == UINT32_MAX) first = i + 1;
+      if (i < first + 2) continue;
+      const bool turned = (i - first) % 2 != 0;
+      const std::array<std::uint32_t, 3> corners{numbers[i - 2], numbers[turned ? i : i - 1],
+                                                 numbers[turned ? i - 1 : i]};
+      builder_.add_face(corners, -1, [&] { return place(); });
+    }
+  }
+
+  std::string_view bytes_;
+  LineScanner lines_;
+  MeshBuilder builder_;
+  std::vector<Element> elements_;
+  std::string texture_;
+  bool is_text_ = false, is_swapped_ = false;
+  std::size_t at_ = 0;
+  const Element* element_ = nullptr;  // that is read, and of it the number
+  std::uint64_t number_ = 0;
+  std::vector<glm::vec4> vertex_colours_, face_colours_;
+  float scale_ = 1;
+};
+
+}  // namespace
+
+Mesh read_ply(const std::filesystem::path& file) {
+  const MappedFile bytes(file);
+  return PlyReader(bytes.bytes()).read();
+}
+
+}  // namespace raywave
