@@ -167,8 +167,8 @@ class Hologram:
     @cached_property
     def levels(self) -> npt.NDArray[np.uint8]:
         """Grey levels for the SLM, uint8: (ny, nx), or (frames, ny, nx) for several frames; of
-        several lasers (lasers, frames, ny, nx). In the hologram's frame: slm.rotate and slm.flip are not
-        applied (for_slm does).
+        several lasers (lasers, frames, ny, nx). In the hologram's frame: slm.rotate and slm.flip
+        are not applied (for_slm does).
         """
         result: npt.NDArray[np.uint8] = self._core.levels()
         return result
@@ -250,8 +250,8 @@ class Hologram:
         """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
 
         Of several lasers, path "holo.png" writes holo_638nm.png, holo_520nm.png and holo_450nm.png;
-        with rgb, of three, holo.png alone, whose channels are the three holograms: the longest wavelength is
-        red, the shortest blue.
+        with rgb, of three, holo.png alone, whose channels are the three holograms: the longest
+        wavelength is red, the shortest blue.
 
         Raises InputError for a name that does not end with .png, and for rgb of other than three.
         """
@@ -259,7 +259,9 @@ class Hologram:
         if to.suffix.lower() != ".png":
             raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
         if rgb and len(self.lasers) != 3:
-            raise _core.InputError(f"rgb: packs the holograms of three lasers, and this has {len(self.lasers)}")
+            raise _core.InputError(
+                f"rgb: packs the holograms of three lasers, and this has {len(self.lasers)}"
+            )
         pictures = [laser.for_slm(frame) for laser in self.lasers]
         files = [to]
         if rgb:
@@ -338,7 +340,8 @@ def render(
 
     Returns a Hologram: .levels, uint8, and .field, complex64, of the shape (ny, nx), or
     (frames, ny, nx) for several frames, row 0 on top; samples are scene.pitch metres apart. Of a
-    scene of several lasers, the shape is (lasers, frames, ny, nx), and .powers tells what the lasers need.
+    scene of several lasers, the shape is (lasers, frames, ny, nx), and .powers tells what the
+    lasers need.
 
     Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
     cannot do it.
@@ -444,9 +447,9 @@ def lens(
     view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
     square is the number of rays per pixel.
 
-    Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of several lasers linear
-    sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture or points are not
-    possible; DeviceError.
+    Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of several lasers
+    linear sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture or points
+    are not possible; DeviceError.
     """
     x, y = _pair(view, "view")
     result: Picture = _core.lens(

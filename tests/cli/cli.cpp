@@ -2,6 +2,7 @@
 // The program as a person runs it: exit codes, messages, files.
 #include <cctype>
 #include <cstdio>
+#include <map>
 #include <nlohmann/json.hpp>
 
 #include "host/common/npy.hpp"

@@ -150,8 +150,8 @@ public:
   /// Warms up, then measures. An error of the case goes into the row's note.
   BenchRow run(const BenchCase& what);
 
-  /// Quality of holograms of the scene, with their fields. The lens's picture of a scene is computed
-  /// once.
+  /// Quality of holograms of the scene, with their fields. The lens's picture of a scene is
+  /// computed once.
   BenchQuality quality_of(const std::vector<Scene>& scenes, const World& world, Rendered rendered);
 
 private:
