@@ -398,7 +398,7 @@ DEVICE_TEST(
     const auto refusal = input_error_of([&] { load_mesh(mesh, Normals::file, "here"); });
     CHECK_SAYS(refusal, "here: mesh", "bad.obj");
     // Assimp itself refuses "-inf"
-    if (bad[0] != '-') CHECK_SAYS(refusal, "vertex 1 is NaN or infinite");
+    if (bad[0] != '-') CHECK_SAYS(refusal, "line 2: a vertex is NaN or infinite");
   }
   const auto texture = [&](float value) {
     const auto file = folder / "texture.exr";
