@@ -206,6 +206,14 @@ public:
             {"nodes", Json::array()}};
   std::string data;  // the buffer
 
+  int add_view(const std::string& bytes) {
+    data.resize((data.size() + 3) / 4 * 4, '\0');
+    root["bufferViews"].push_back(
+        {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", bytes.size()}});
+    data += bytes;
+    return static_cast<int>(root["bufferViews"].size()) - 1;
+  }
+
 private:
   static std::string bytes_as(const std::vector<double>& values, int type) {
     std::string bytes;
@@ -214,8 +222,11 @@ private:
     };
     for (const double v : values) {
       if (type == 5126) add(static_cast<float>(v));
+      if (type == 5120) add(static_cast<std::int8_t>(v));
       if (type == 5121) add(static_cast<std::uint8_t>(v));
+      if (type == 5122) add(static_cast<std::int16_t>(v));
       if (type == 5123) add(static_cast<std::uint16_t>(v));
+      if (type == 5125) add(static_cast<std::uint32_t>(v));
     }
     return bytes;
   }
@@ -242,14 +253,6 @@ private:
     to["channels"].push_back(
         {{"sampler", to["samplers"].size() - 1}, {"target", {{"node", node}, {"path", path}}}});
     return *this;
-  }
-
-  int add_view(const std::string& bytes) {
-    data.resize((data.size() + 3) / 4 * 4, '\0');
-    root["bufferViews"].push_back(
-        {{"buffer", 0}, {"byteOffset", data.size()}, {"byteLength", bytes.size()}});
-    data += bytes;
-    return static_cast<int>(root["bufferViews"].size()) - 1;
   }
 
   int add_texture(const Json& image, const Json& sampler) {

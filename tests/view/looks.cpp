@@ -274,7 +274,7 @@ DEVICE_TEST("sample models of others look as the oracle says, where their packag
                          "glTF2/BoxTextured-glTF-Binary/BoxTextured.glb",
                          "glTF2/BoxTextured-glTF-Embedded/BoxTextured.gltf",
                          "glTF2/BoxTextured-glTF-pbrSpecularGlossiness/BoxTextured.gltf",
-                         "glTF2/BoxTextured-glTF-techniqueWebGL/BoxTextured.gltf",
+                         "glTF2/draco/2CylinderEngine.gltf",
                          "glTF2/ClearCoat-glTF/ClearCoatTest.gltf",
                          "glTF2/glTF-Sample-Models/AnimatedMorphCube-glTF/AnimatedMorphCube.gltf",
                          "glTF2/simple_skin/simple_skin.gltf",

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/reader/materials_assimp.hpp"
 
-#include <assimp/GltfMaterial.h>
 #include <assimp/material.h>
 #include <assimp/mesh.h>
 #include <assimp/scene.h>
@@ -15,13 +14,10 @@
 #include <utility>
 
 #include "host/common/error.hpp"
-#include "host/scene/reader/gltf_json.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
 namespace {
-
-using nlohmann::json;
 
 std::string cut(std::string text) {
   text.resize(std::min(text.size(), longest_text));
@@ -29,40 +25,6 @@ std::string cut(std::string text) {
 }
 
 }  // namespace
-
-GltfExtras gltf_extras_of(const std::filesystem::path& file) {
-  GltfExtras extras;
-  if (const auto kind = lower_extension(file); kind != ".gltf" && kind != ".glb") return extras;
-  const json root = gltf_json(file);
-  extras.is_gltf2 = is_gltf2(root);
-  if (!extras.is_gltf2) return extras;
-  for (const auto& material : member(root, "materials")) {
-    GltfExtras::OfMaterial of;
-    const auto& extensions = member(material, "extensions");
-    if (extensions.is_object()) {
-      for (const auto& item : extensions.items()) of.extensions.push_back(item.key());
-    }
-    of.ior = number_or(member(member(extensions, "KHR_materials_ior"), "ior"), 1.5);
-    of.emissive_strength = number_or(
-        member(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength"), 1);
-    of.transmission = std::clamp(
-        number_or(member(member(extensions, "KHR_materials_transmission"), "transmissionFactor"),
-                  0),
-        0.0, 1.0);
-    const auto [known, is_new] =
-        extras.materials.try_emplace(text_or(member(material, "name"), ""), of);
-    if (is_new) continue;
-    auto& before = known->second;
-    before.differs |= before.ior != of.ior || before.transmission != of.transmission ||
-                      before.emissive_strength != of.emissive_strength;
-    for (auto& extension : of.extensions) {
-      if (std::find(before.extensions.begin(), before.extensions.end(), extension) ==
-          before.extensions.end())
-        before.extensions.push_back(std::move(extension));
-    }
-  }
-  return extras;
-}
 
 /// One material of Assimp's on its way to ours.
 class MaterialTranslation {
@@ -74,28 +36,20 @@ public:
     material_.name = cut(from_.GetName().C_Str());
     auto& look = material_.look;
     look.vertex_colours = has_colours;
-    bool two_sided = false;
-    from_.Get(AI_MATKEY_TWOSIDED, two_sided);
-    look.two_sided = !reader_.extras_.is_gltf2 || two_sided;  // others have no such thing
-    const bool is_metallic = reader_.extras_.is_gltf2 ||
-                             (has(AI_MATKEY_METALLIC_FACTOR) && has(AI_MATKEY_ROUGHNESS_FACTOR));
-    if (is_metallic)
+    look.two_sided = 1;
+    if (has(AI_MATKEY_METALLIC_FACTOR) && has(AI_MATKEY_ROUGHNESS_FACTOR))
       read_metallic();
     else
       read_phong();
     look.emission = colour(AI_MATKEY_COLOR_EMISSIVE, glm::dvec3(0));
     look.emission_map = map(aiTextureType_EMISSIVE, 0, "emission map");
-    if (look.emission_map.picture >= 0 && look.emission == glm::dvec3(0) &&
-        !reader_.extras_.is_gltf2)
+    if (look.emission_map.picture >= 0 && look.emission == glm::dvec3(0))
       look.emission = glm::dvec3(1);  // a map alone: "map_Ke" of OBJ
     look.normal_map = map(aiTextureType_NORMALS, 0, "normal map");
-    look.normal_scale =
-        std::clamp(number(AI_MATKEY_GLTF_TEXTURE_SCALE(aiTextureType_NORMALS, 0), 1), -1e6, 1e6);
     int shading = 0;
     if (from_.Get(AI_MATKEY_SHADING_MODEL, shading) == aiReturn_SUCCESS &&
         shading == aiShadingMode_NoShading)
       look.model = LookModel::unlit;
-    if (reader_.extras_.is_gltf2) read_extras();
     read_ignored();
     return std::move(material_);
   }
@@ -143,17 +97,6 @@ private:
                                             : Wrap::repeat;
   }
 
-  /// glTF's transform of texture coordinates, from Assimp's, which turns about the picture's middle
-  /// and counts v upwards. Angles turn as three.js, Babylon.js and Blender have them.
-  static void place_gltf(const aiUVTransform& t, MapPlace& place) {
-    const double angle = -t.mRotation, c = std::cos(angle), s = std::sin(angle);
-    const double sx = t.mScaling.x, sy = t.mScaling.y;
-    const double x = t.mTranslation.x - 0.5 * sx * (1 - c + s),
-                 y = 0.5 * sy * (s + c - 1) + 1 - sy - t.mTranslation.y;
-    place.across = {c * sx, -s * sy, s * sy + x};
-    place.up = {s * sx, c * sy, 1 - c * sy - y};
-  }
-
   MeshMap map(aiTextureType type, unsigned index, const char* name) {
     aiString file;
     if (from_.GetTextureCount(type) <= index ||
@@ -176,18 +119,10 @@ private:
     from_.Get(AI_MATKEY_MAPPINGMODE_V(type, index), mode);
     map.place.wrap_v = wrap_of(mode);
     aiUVTransform transform;
-    if (from_.Get(AI_MATKEY_UVTRANSFORM(type, index), transform) == aiReturn_SUCCESS) {
-      MapPlace placed = map.place;
-      place_gltf(transform, placed);
-      const auto is_usable = [](const std::array<double, 3>& row) {
-        return std::all_of(row.begin(), row.end(), [](double v) { return std::abs(v) <= 1e6; });
-      };
-      if (placed == map.place) return map;
-      if (reader_.extras_.is_gltf2 && is_usable(placed.across) && is_usable(placed.up))
-        map.place = placed;
-      else
-        note(std::string(name) + ": its transform of texture coordinates is ignored");
-    }
+    if (from_.Get(AI_MATKEY_UVTRANSFORM(type, index), transform) == aiReturn_SUCCESS &&
+        !(transform.mTranslation == aiVector2D(0, 0) && transform.mScaling == aiVector2D(1, 1) &&
+          transform.mRotation == 0))
+      note(std::string(name) + ": its transform of texture coordinates is ignored");
     return map;
   }
 
@@ -242,17 +177,8 @@ private:
   void read_alpha(double alpha) {
     auto& look = material_.look;
     look.alpha = alpha;
-    aiString mode;
-    if (from_.Get(AI_MATKEY_GLTF_ALPHAMODE, mode) == aiReturn_SUCCESS) {
-      const std::string text = mode.C_Str();
-      look.alpha_mode = text == "MASK"    ? AlphaMode::mask
-                        : text == "BLEND" ? AlphaMode::blend
-                                          : AlphaMode::opaque;
-      look.alpha_cutoff = std::max(0.0, number(AI_MATKEY_GLTF_ALPHACUTOFF, 0.5));
-    } else {
-      look.alpha_map = map(aiTextureType_OPACITY, 0, "opacity map");
-      if (look.alpha < 1 || look.alpha_map.picture >= 0) look.alpha_mode = AlphaMode::blend;
-    }
+    look.alpha_map = map(aiTextureType_OPACITY, 0, "opacity map");
+    if (look.alpha < 1 || look.alpha_map.picture >= 0) look.alpha_mode = AlphaMode::blend;
   }
 
   void read_metallic() {
@@ -263,18 +189,7 @@ private:
     if (look.base_map.picture < 0) look.base_map = map(aiTextureType_DIFFUSE, 0, "diffuse map");
     look.metallic = share(AI_MATKEY_METALLIC_FACTOR, 0);
     look.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1);
-    look.metallic_map = map(AI_MATKEY_GLTF_PBRMETALLICROUGHNESS_METALLICROUGHNESS_TEXTURE,
-                            "metallic-roughness map");
     read_alpha(share(AI_MATKEY_OPACITY, 1));
-    if (has(AI_MATKEY_GLOSSINESS_FACTOR)) {  // KHR_materials_pbrSpecularGlossiness
-      look.model = LookModel::specular_roughness;
-      look.base = colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1));
-      if (const auto diffuse = map(aiTextureType_DIFFUSE, 0, "diffuse map"); diffuse.picture >= 0)
-        look.base_map = diffuse;
-      look.specular = colour(AI_MATKEY_COLOR_SPECULAR, glm::dvec3(1));
-      look.roughness = 1 - share(AI_MATKEY_GLOSSINESS_FACTOR, 1);
-      look.metallic_map = {};
-    }
   }
 
   void read_phong() {
@@ -285,45 +200,8 @@ private:
     look.specular = colour(AI_MATKEY_COLOR_SPECULAR, glm::dvec3(0)) *
                     std::max(0.0, number(AI_MATKEY_SHININESS_STRENGTH, 1));
     look.shininess = std::clamp(number(AI_MATKEY_SHININESS, 0), 0.0, 1e30);
-    int illumination = 2;
-    if (reader_.is_obj_) from_.Get("$mat.illum", 0, 0, illumination);
-    if (illumination < 2) {  // "illum 0" and "illum 1": none
-      if (look.specular != glm::dvec3(0))
-        note("illum " + std::to_string(illumination) + ", as also no illum is read, shows no " +
-             "highlights: illum 2 shows those of Ks");
-      look.specular = glm::dvec3(0);
-    }
-    if (illumination > 2)
-      note("illum " + std::to_string(illumination) + " is taken as illum 2: Phong's model, " +
-           "without reflection and refraction");
-    if (!reader_.is_obj_ && look.shininess == 0) look.specular = glm::dvec3(0);  // none meant
+    if (look.shininess == 0) look.specular = glm::dvec3(0);  // none meant
     read_alpha(share(AI_MATKEY_OPACITY, 1));
-  }
-
-  void read_extras() {
-    const auto found = reader_.extras_.materials.find(from_.GetName().C_Str());
-    if (found == reader_.extras_.materials.end()) return;
-    const auto& extras = found->second;
-    auto& look = material_.look;
-    if (extras.differs) {
-      note("ior, transmission and emissive strength are ignored: several materials have this name");
-    } else {
-      look.ior = std::clamp(extras.ior, 1.0, 100.0);
-      look.transmission = extras.transmission;
-      const double strength = std::clamp(extras.emissive_strength, 0.0, 1e6);
-      look.emission = glm::min(look.emission * strength, glm::dvec3(1e30));
-    }
-    // What this reader knows; the rest is named
-    for (const auto& extension : extras.extensions) {
-      constexpr std::array known{"KHR_materials_ior",
-                                 "KHR_materials_emissive_strength",
-                                 "KHR_materials_unlit",
-                                 "KHR_materials_transmission",
-                                 "KHR_materials_pbrSpecularGlossiness",
-                                 "KHR_texture_transform"};
-      if (std::find(known.begin(), known.end(), extension) == known.end())
-        note(extension + " is ignored");
-    }
   }
 
   /// Names what is there and nobody reads.
@@ -345,14 +223,12 @@ private:
         !(from_.Get(AI_MATKEY_TEXTURE(aiTextureType_DIFFUSE, 0), base) == aiReturn_SUCCESS &&
           ambient == base))
       note("ambient map is ignored");
-    if (reader_.extras_.is_gltf2) return;
     if (number(AI_MATKEY_REFLECTIVITY, 0) > 0) note("reflectivity is ignored");
     if (look.model != LookModel::phong && number(AI_MATKEY_CLEARCOAT_FACTOR, 0) > 0)
       note("clearcoat is ignored");
     for (const auto& [type, name] : {std::pair{aiTextureType_METALNESS, "metalness map"},
                                      std::pair{aiTextureType_DIFFUSE_ROUGHNESS, "roughness map"}})
-      if (look.metallic_map.picture < 0 && from_.GetTextureCount(type) > 0)
-        note(std::string(name) + " is ignored");
+      if (from_.GetTextureCount(type) > 0) note(std::string(name) + " is ignored");
   }
 
   MaterialReader& reader_;
@@ -364,39 +240,14 @@ private:
 namespace {
 
 /// True where a material is only Assimp's own, of a file or a part without one.
-bool is_default(const aiMaterial& material, bool is_gltf2, bool is_last, bool is_obj, bool is_ply) {
-  if (is_gltf2) return is_last;  // behind all that the file has
+bool is_default(const aiMaterial& material) {
   for (unsigned type = 1; type <= AI_TEXTURE_TYPE_MAX; ++type)
     if (material.GetTextureCount(static_cast<aiTextureType>(type)) > 0) return false;
   const std::string name = material.GetName().C_Str();
-  if (name == AI_DEFAULT_MATERIAL_NAME) return true;
-  const auto is_grey = [&](const char* key, unsigned type, unsigned index, float level) {
-    aiColor3D c;
-    return material.Get(key, type, index, c) != aiReturn_SUCCESS ||
-           c == aiColor3D(level, level, level);
-  };
-  // OBJ: a name that no MTL file explains
-  if (is_obj) {
-    float opacity = 1, shininess = 0;
-    material.Get(AI_MATKEY_OPACITY, opacity);
-    material.Get(AI_MATKEY_SHININESS, shininess);
-    return is_grey(AI_MATKEY_COLOR_DIFFUSE, 0.6f) && is_grey(AI_MATKEY_COLOR_SPECULAR, 0) &&
-           is_grey(AI_MATKEY_COLOR_AMBIENT, 0) && is_grey(AI_MATKEY_COLOR_EMISSIVE, 0) &&
-           opacity == 1 && shininess == 0;
-  }
-  return name.empty() &&
-         (!is_ply || (is_grey(AI_MATKEY_COLOR_DIFFUSE, 1) && is_grey(AI_MATKEY_COLOR_SPECULAR, 1) &&
-                      is_grey(AI_MATKEY_COLOR_AMBIENT, 1)));
+  return name.empty() || name == AI_DEFAULT_MATERIAL_NAME;
 }
 
 }  // namespace
-
-MaterialReader::MaterialReader(const aiScene& scene, const std::filesystem::path& file, Mesh& mesh)
-    : scene_(scene),
-      is_obj_(lower_extension(file) == ".obj"),
-      is_ply_(lower_extension(file) == ".ply"),
-      extras_(gltf_extras_of(file)),
-      mesh_(mesh) {}
 
 unsigned MaterialReader::coordinates_of(const aiMesh& part) const {
   if (part.mMaterialIndex >= scene_.mNumMaterials) return 0;
@@ -418,8 +269,7 @@ std::int32_t MaterialReader::material_of(const aiMesh& part) {
   if (!is_new) return known->second;
   const auto& from = *scene_.mMaterials[part.mMaterialIndex];
   MeshMaterial material;
-  if (is_default(from, extras_.is_gltf2, part.mMaterialIndex + 1 == scene_.mNumMaterials, is_obj_,
-                 is_ply_)) {
+  if (is_default(from)) {
     if (!has_colours) return -1;
     material.name = "colours of vertices";
     material.look.vertex_colours = 1;

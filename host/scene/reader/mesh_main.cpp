@@ -3,6 +3,7 @@
 /// file with the nodes of its triangles; FILE "set" for what stands around the meshes of a glTF
 /// file, FILE "motion" for how its nodes move.
 #include <string>
+#include <utility>
 #include <variant>
 
 #include "host/scene/reader/mesh_text.hpp"
@@ -18,7 +19,8 @@ raywave::Mesh mesh_of(const std::filesystem::path& file, bool wants_nodes) {
   if (type == ".ply") return raywave::read_ply(file);
   if (type == ".stl") return raywave::read_stl(file);
   if (type == ".off") return raywave::read_off(file);
-  return raywave::read_mesh(file, wants_nodes);
+  if (auto mesh = raywave::read_gltf_mesh(file, wants_nodes)) return std::move(*mesh);
+  return raywave::read_mesh(file);
 }
 
 }  // namespace

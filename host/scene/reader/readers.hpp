@@ -5,6 +5,7 @@
 
 #include <cmath>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -15,9 +16,12 @@ namespace raywave {
 
 /// All parts of a mesh file (Assimp), triangles without area and missing normals as they are:
 /// finish_mesh takes them.
+Mesh read_mesh(const std::filesystem::path& file);
+
+/// The same of a glTF 2.0 file, with all that it says; nothing for other formats.
 ///
-/// wants_nodes  of a glTF file: sets Mesh::triangle_node
-Mesh read_mesh(const std::filesystem::path& file, bool wants_nodes = false);
+/// wants_nodes  sets Mesh::triangle_node
+std::optional<Mesh> read_gltf_mesh(const std::filesystem::path& file, bool wants_nodes);
 
 /// Meshes of other kinds, by readers of our own; all as read_mesh has them.
 Mesh read_obj(const std::filesystem::path& file);
