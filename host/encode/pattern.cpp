@@ -52,7 +52,7 @@ void require_shown(const PatternSpec& spec, const HologramSpec& hologram) {
                      ": so fine a grating turns no light of this wavelength; give more than " +
                      number_text(spec.period_px * blaze_sine(spec, hologram)));
   if (spec.pattern != Pattern::lens) return;
-  // At the rim, phase may go on by half a turn per pixel.
+  // At the edge, phase may go on by half a turn per pixel.
   double least_m = 0;
   for (int axis = 0; axis < 2; ++axis) {
     const double rim_m = 0.5 * hologram.resolution[axis] * hologram.pitch_m[axis];

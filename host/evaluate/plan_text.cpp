@@ -32,7 +32,7 @@ std::string seconds(double value) {
   return format(shown < 99.5 ? "%.2g" : "%.0f", shown) + (value < 1 ? " ms" : " s");
 }
 
-/// The materials of a mesh, those that most triangles wear first.
+/// The materials of a mesh, those of most triangles first.
 void add_found_text(const FoundMaterials& found, Rows& out) {
   constexpr std::size_t most = 16;
   std::vector<const FoundMaterials::Found*> sorted;

@@ -24,7 +24,7 @@ inline constexpr std::array frames_tried{1, 2, 3, 4, 6, 8, 12, 16};
 inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
 
 /// Values tried for sampling.cone and sampling.apodization: all of the wave, nearly all of it, and
-/// a cone that lets go of the hologram's rim, whose pictures have the least speckle.
+/// a cone that lets go of the hologram's edge, whose pictures have the least speckle.
 inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
 
 /// A candidate: values for what the scene leaves open, and what is predicted of them.

@@ -46,7 +46,7 @@ constexpr double levels_of_a_ray = 4;
 /// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
 constexpr double further_frame = 0.08, highlight = 0.65;
 
-/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's rim
+/// Gathering goes by tiles, so many pixels wide and, of all frames together, high; a tile's edge
 /// costs as much as its middle.
 constexpr double tile_width = 16, tile_pixels_high = 16;
 

@@ -409,7 +409,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
   const double spot2 = model.spot_m.x * model.spot_m.y;
-  // Light that comes round the padded plane: its own, spread over the picture, and where it
+  // Light that wraps around the padded plane: its own, spread over the picture, and where it
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
   const auto noise = noise_of(model.encoding, model.band_filled);

@@ -55,7 +55,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
 struct LatticePattern {
   double pitch_m = 0;
   std::vector<double> speckle;  // of one frame: samples interfere
-  // Speckle as if every sample's wave were cut off hard at the hologram's rim
+  // Speckle as if every sample's wave were cut off hard at the hologram's edge
   std::vector<double> cut;
   std::vector<double> dots;  // what the blur leaves of the lattice
 };

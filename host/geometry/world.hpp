@@ -54,7 +54,7 @@ struct FoundMaterials {
     std::size_t triangles = 0;
     std::vector<std::string> notes;
   };
-  std::vector<Found> materials;    // that the object wears
+  std::vector<Found> materials;    // that the object has
   std::size_t overridden = 0;      // the mesh has so many, and the scene names another
   std::vector<std::string> notes;  // about the mesh as a whole
 };

@@ -30,12 +30,12 @@ inline constexpr double default_plane_wave_spots = PLANE_WAVE_SPOTS;
 /// Tail of a footprint of plane waves, in spots to each side: the waves are cut off beyond.
 inline constexpr double plane_wave_tail = PLANE_WAVE_TAIL;
 
-/// Spots from the middle of a footprint of plane waves to its rim, at most.
+/// Spots from the middle of a footprint of plane waves to its edge, at most.
 inline constexpr double widest_plane_wave_sample = PLANE_WAVE_WIDEST;
 
 /// Tail that the sample lattice keeps around what the WRPs cover, in spots to each side. Wider than
 /// plane_wave_tail, since rays of the lattice are few and cost little, while samples left out would
-/// leave a dark rim.
+/// leave a dark edge.
 inline constexpr double lattice_tail = 16;
 
 /// Below this cone, in half windows, a spot is taken to grow no more: a cone of 0 has none.

@@ -164,8 +164,8 @@ struct SpectrumWrps {
 /// Light travels by virtual planes, one of Plan::wrps for each tile and layer
 /// (host/carriers/virtual_planes/planning/planes.hpp).
 struct VirtualPlanes {
-  glm::ivec2 size{64, 64};  // samples, multiples of 16: as many are transformed
-  double bell = 9;          // strength of the window that is divided out at the hologram
+  glm::ivec2 size{64, 64};     // samples, multiples of 16: as many are transformed
+  double window_strength = 9;  // strength of the window that is divided out at the hologram
   // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
   // becomes too steep
   double margin_px = 4, rough_margin_px = 8;
@@ -210,7 +210,7 @@ struct Lighting {
   std::vector<std::int32_t> material_of_object;  // index into `materials`
   bool shadows = false;                          // objects keep light from each other
   std::int32_t first_of_meshes = 0;              // of `materials`
-  std::vector<std::int32_t> used{};              // of `materials`, that some triangle wears
+  std::vector<std::int32_t> used{};              // of `materials`, that some triangle has
   // TEXTURES_NONE, TEXTURES_PLAIN or TEXTURES_LOOKS of kernels/scene/options.h: what of the used
   // materials changes from place to place
   int textures = 0;
@@ -225,7 +225,7 @@ struct Lighting {
   std::int32_t material_of(std::size_t object, std::int32_t of_its_mesh) const {
     return of_its_mesh < 0 ? material_of_object[object] : first_of_meshes + of_its_mesh;
   }
-  /// True when `test` holds for a material that some triangle wears.
+  /// True when `test` holds for a material that some triangle has.
   template <class Test>
   bool any_material(const Test& test) const {
     return std::any_of(used.begin(), used.end(), [&](std::int32_t i) {

@@ -172,7 +172,7 @@ private:
     const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
                  tangent_step = place_step / plan_.extent.far_m;
     glm::dmat2 by_place, by_tangents;
-    // How far the ray misses the source when it is moved by a step, per step; at the rim of a
+    // How far the ray misses the source when it is moved by a step, per step; at the edge of a
     // mirror by one to the other side
     const auto miss_by = [&](const auto& moved, double step) -> std::optional<glm::dvec2> {
       for (const double by : {step, -step})

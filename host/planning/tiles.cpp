@@ -52,7 +52,7 @@ void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {
   const auto padded = padded_size(plan.tiling.tile_size, padding);
 
   // A tile's cone reaches as far beyond its borders as the hologram's does, where the padded plane
-  // holds it: light beyond would come round into the tile.
+  // holds it: light beyond would wrap around into the tile.
   const auto held = glm::max(2.0 * glm::dvec2(padded) / glm::dvec2(plan.tiling.tile_size) - 1.0,
                              plan.cone.half_width);
   const auto smaller = glm::dvec2(plan.hologram.size) / glm::dvec2(plan.tiling.tile_size);

@@ -106,7 +106,7 @@ private:
     std::vector<Complex> pixels(static_cast<std::size_t>(count));
     for (int node = -half; node <= half; ++node) {
       const double at_m = node * step_m;
-      const double window = bell_of(plan_, axis)(at_m / (plan_.tile_window_m()[axis] / 2));
+      const double window = window_function(plan_, axis)(at_m / (plan_.tile_window_m()[axis] / 2));
       const auto value = window * step_m / plan_.hologram.pitch_m[axis] * light(at_m);
       for (int i = 0; i < count; ++i)
         pixels[static_cast<std::size_t>(i)] += value * turned((first + i) * at_m / period_m);
@@ -198,7 +198,7 @@ std::vector<Complex> compact_field(const Gathering& what, const Wrp& wrp, std::u
     const auto at = dvec2(pixels[n] - plan.tiling.tile_size / 2);
     const auto m = at * plan.hologram.pitch_m, share = at / (dvec2(plan.tiling.tile_size) / 2.0);
     field[n] *= turned(std::hypot(m.x, m.y, wrp.centre_m.z) / plan.hologram.wavelength_m) /
-                (bell_of(plan, 0)(share.x) * bell_of(plan, 1)(share.y));
+                (window_function(plan, 0)(share.x) * window_function(plan, 1)(share.y));
     if (wrp.centre_m.z < 0) field[n] = std::conj(field[n]);
   }
   return field;

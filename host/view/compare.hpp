@@ -96,7 +96,7 @@ std::vector<std::uint8_t> diverging_colours(const Image& values, double full);
 /// The largest |value|: a `full` for which no colour is cut off.
 double largest_magnitude(const Image& values);
 
-/// Means over squares of `side` x `side` pixels; squares at the right and bottom rim may be
+/// Means over squares of `side` x `side` pixels; squares at the right and bottom edge may be
 /// smaller.
 Image averaged(const Image& image, int side);
 

@@ -166,7 +166,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
                       __global const uint* lit, __global const uint* visibility_masks,
                       __global const SamplePath* paths, __global const CompactFootprint* footprints,
                       __global const float* all_seen, __global const int* lit_samples,
-                      __global const int* offsets, __global const float* rotors,
+                      __global const int* offsets, __global const float* twiddles,
                       __global const float* weights, int first, int count, CompactPlane plane,
                       __global float* profiles) {
   const int number = (int)get_global_id(0);
@@ -198,9 +198,9 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
     if (p.hidden) seen_parts = visibility_row(visibility_masks + index * VISIBILITY_WORDS, row);
 #endif
     light_on_line(&p, line, &light, sign, seen_parts, &nodes);
-    out = transform(&nodes, &p.x, rotors, out);
+    out = transform(&nodes, &p.x, twiddles, out);
     shared_light(&p, line, &column, &nodes);
-    out = transform(&nodes, &p.y, rotors, out);
+    out = transform(&nodes, &p.y, twiddles, out);
   }
 }
 

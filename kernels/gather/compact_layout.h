@@ -10,7 +10,7 @@
 // A footprint is the transform of as many nodes as it has pixels, and a few, so that it does not
 // meet itself in the next period. Their number n is a multiple of COMPACT_STEP. Nodes lie at whole
 // steps from the middle one; pixels, an even number of them, at half steps from their middle. Each
-// n has a table of rotors, which lie one after another from the smallest on: for each of n nodes
+// n has a table of twiddles, which lie one after another from the smallest on: for each of n nodes
 // right of the middle one the cosines, then the sines, of the n / 2 pixels right of the middle.
 #define COMPACT_STEP 8
 #define COMPACT_SPARE_NODES 6
@@ -26,7 +26,7 @@
 // Room for the nodes on one side of the middle one, in packets
 #define COMPACT_NODES (256 + 16)
 
-#define COMPACT_ROTORS_BEFORE(n) \
+#define COMPACT_TWIDDLES_BEFORE(n) \
   (COMPACT_STEP * COMPACT_STEP * \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 

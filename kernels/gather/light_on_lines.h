@@ -28,7 +28,7 @@ static inline floatv shown_share(floatv offset, floatv length, floatv reference,
 }
 
 // Light at nodes on both sides of the middle one: sums and differences of each pair, which share
-// the rotors, and the light of the middle node.
+// the twiddles, and the light of the middle node.
 typedef struct {
   float even_re[COMPACT_NODES];
   float even_im[COMPACT_NODES];
@@ -87,11 +87,11 @@ static inline NodeAxis nodes_along(int pixels, int plane_pixels, int tile_pixels
 
 // Writes the transform of the light at the nodes of an axis, in whole packets, times the signs that
 // pixels of odd places change: they bring the tile into the transform's middle. Pixels on both
-// sides share the rotors, too. Returns where the next transform goes.
+// sides share the twiddles, too. Returns where the next transform goes.
 static inline __global float* transform(const Nodes* nodes, const NodeAxis* axis,
-                                        __global const float* rotors, __global float* out) {
+                                        __global const float* twiddles, __global float* out) {
   const int n = axis->n, half_nodes = axis->half_nodes, count = axis->pixels;
-  __global const float* first = rotors + COMPACT_ROTORS_BEFORE(n);
+  __global const float* first = twiddles + COMPACT_TWIDDLES_BEFORE(n);
   for (int pixel = 0; pixel < count; pixel += RAYWAVE_LANES) {
     const floatv sign = 1.0f - 2.0f * LANES_TO_FLOAT((pixel + LANES_INDEX) & 1);
     __global const float* turns = first + pixel;

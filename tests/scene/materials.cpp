@@ -265,7 +265,7 @@ TEST_CASE("the maps of a glTF material lie where its transforms and wrap modes p
   REQUIRE(maps.normal[2]);
   CHECK(maps.emission.place.is_plain());
 
-  // A bilinear picture of texels, by hand: mirrored along u, its rim repeated along v
+  // A bilinear picture of texels, by hand: mirrored along u, its edge repeated along v
   const auto wrapped = [](int i, int n, bool mirrors) {
     if (!mirrors) return std::clamp(i, 0, n - 1);
     const int twice = ((i % (2 * n)) + 2 * n) % (2 * n);

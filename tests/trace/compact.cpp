@@ -329,7 +329,7 @@ DEVICE_TEST("the virtual plane that is kept has the hologram's amplitude as its 
                                 (1.0 * frequency.x * x / size.x + 1.0 * frequency.y * y / size.y));
       }
       const auto window = [&](int axis) {
-        return bell_of(plan, axis)(2.0 * at[axis] / resolution[axis]) * size[axis];
+        return window_function(plan, axis)(2.0 * at[axis] / resolution[axis]) * size[axis];
       };
       expected.push_back(std::abs(sum) / (window(0) * window(1)));
       got.push_back(std::abs(result.field.samples[pixel.y * resolution.x + pixel.x]));

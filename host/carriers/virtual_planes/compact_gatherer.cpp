@@ -31,7 +31,7 @@ constexpr double knots_error_turns = 1e-6;
 int knots_for(const Plan& plan, const DepthLayer& layer) {
   double reach_m = 0;
   for (int axis = 0; axis < 2; ++axis)
-    reach_m = std::max(reach_m, bell_of(plan, axis).reach * plan.tile_window_m()[axis] / 2);
+    reach_m = std::max(reach_m, window_function(plan, axis).reach * plan.tile_window_m()[axis] / 2);
   const double near_m = std::min(layer.closest_m(), std::abs(layer.distance_m)),
                depth = near_m / reach_m, rho = depth + std::sqrt(depth * depth + 1);
   int knots = 8;
@@ -144,11 +144,11 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   return plane;
 }
 
-/// Rotors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all sizes n
+/// Twiddle factors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all sizes n
 /// that footprints need. Odd pixels' signs bring the tile into the middle of the transform.
-void CompactGatherer::make_rotors(int most_nodes) {
-  if (most_nodes <= rotors_for_) return;
-  rotors_for_ = most_nodes;
+void CompactGatherer::make_twiddles(int most_nodes) {
+  if (most_nodes <= twiddles_for_) return;
+  twiddles_for_ = most_nodes;
   std::vector<float> table;
   for (int n = COMPACT_STEP; n <= most_nodes; n += COMPACT_STEP) {
     for (int node = 1; node <= n; ++node) {
@@ -163,7 +163,7 @@ void CompactGatherer::make_rotors(int most_nodes) {
     }
   }
   table.resize(table.size() + 2 * COMPACT_PACKET, 0.0f);
-  rotors_ = {device_, std::span<const float>(table), "rotors of footprints"};
+  twiddles_ = {device_, std::span<const float>(table), "twiddles of footprints"};
 }
 
 /// The places on the tile, and the weights of nodes (kernels/gather/compact_layout.h), of all sizes
@@ -184,7 +184,7 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
   // In half tiles from the origin, downwards, as in the kernel
   const int pairs = plane.knots / 2;
   const auto knot_at = [&](int axis, int knot) {
-    const double at = bell_of(plan_, axis).reach *
+    const double at = window_function(plan_, axis).reach *
                       std::cos(std::numbers::pi * (knot % pairs + 0.5) / plane.knots);
     return knot < pairs ? at : -at;
   };
@@ -225,20 +225,20 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
     const auto add_weights = [&](int axis, const auto& weight) {
       add_row(axis, weight, [&](double at) { return weight(-at); });
     };
-    const auto bell = [&](int axis, double at) {
-      return bell_of(plan_, axis)(at) * plan_.virtual_planes()->size[axis] / n;
+    const auto window = [&](int axis, double at) {
+      return window_function(plan_, axis)(at) * plan_.virtual_planes()->size[axis] / n;
     };
     const auto spline = [&](int axis, int part, double at) {
       return cubic_spline(
           ((origin_m[axis] + at * half_m[axis]) / window_m[axis] - middle_of(part)) * parts / 2);
     };
-    add_weights(0, [&](double at) { return bell(0, at); });
+    add_weights(0, [&](double at) { return window(0, at); });
     for (int part = 0; part < splines; ++part)
       add_weights(0, [&](double at) { return spline(0, part, at); });
     for (int lines = 1; lines <= plane.lines; ++lines) {
       for (int line = 0; line < lines; ++line) {
         add_weights(1, [&](double at) {
-          double product = bell(1, at);
+          double product = window(1, at);
           for (int other = 0; other < lines; ++other) {
             const double there = row_of(other, lines);
             if (other != line) product *= (at - there) / (row_of(line, lines) - there);
@@ -248,7 +248,7 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
       }
     }
     for (int part = 0; part < splines; ++part)
-      add_weights(1, [&](double at) { return bell(1, at) * spline(1, part, at); });
+      add_weights(1, [&](double at) { return window(1, at) * spline(1, part, at); });
     for (int axis = 0; axis < 2; ++axis) {
       for (int knot = 0; knot < pairs; ++knot) {
         const auto polynomial = [&](double at) {
@@ -281,7 +281,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
   std::size_t floats = 1;
   for (const auto& batch : bins_.batches) floats = std::max(floats, batch.floats + COMPACT_PACKET);
   const int most_nodes = COMPACT_NODES_FOR(bins_.longest);
-  make_rotors(most_nodes);
+  make_twiddles(most_nodes);
   make_weights(wrp, plane, most_nodes);
   if (profiles_.size() < floats) {
     profiles_ = {};
@@ -295,7 +295,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
     if (batch.samples > 0)
       profile_.run({static_cast<std::size_t>(batch.samples)}, group, scene_.lights, table_.samples,
                    table_.lit, table_.visibility_masks, table_.paths, footprints_, seen_,
-                   bins_.lit_samples, bins_.offsets, rotors_, weights_, batch.first_sample,
+                   bins_.lit_samples, bins_.offsets, twiddles_, weights_, batch.first_sample,
                    batch.samples, plane, profiles_);
     gather_.run({static_cast<std::size_t>(size.x / lanes_),
                  static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},

@@ -36,7 +36,7 @@ public:
 
 private:
   device::CompactPlane plane_of(const Wrp& wrp) const;
-  void make_rotors(int most_nodes);
+  void make_twiddles(int most_nodes);
   void make_weights(const Wrp& wrp, const device::CompactPlane& plane, int most_nodes);
 
   const Plan& plan_;
@@ -48,12 +48,12 @@ private:
   cl::Kernel aim_, draw_phases_, profile_, gather_;
   cl::Device device_;
   FootprintBins bins_;
-  int rotors_for_ = 0, weights_for_ = 0;  // nodes, at most
+  int twiddles_for_ = 0, weights_for_ = 0;  // nodes, at most
   // Tile, scan lines, knots and half sides that weights_ were made for
   using WeightsKey = std::tuple<std::size_t, int, int, float, float>;
   WeightsKey weights_key_;
   cl::Buffer<device::CompactFootprint> footprints_;
-  cl::Buffer<float> rotors_, weights_, profiles_;
+  cl::Buffer<float> twiddles_, weights_, profiles_;
   cl::Buffer<float> seen_;     // COMPACT_SEEN numbers of each sample, floats or doubles
   cl::ComplexBuffer phasors_;  // frames x samples
 };

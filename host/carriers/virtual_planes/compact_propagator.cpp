@@ -43,10 +43,10 @@ CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
     plane_ = {device, area(size_), "virtual plane"};
   }
   const auto shares = [&](int axis) {
-    const auto bell = bell_of(plan, axis);
+    const auto window = window_function(plan, axis);
     const double half = plan.tiling.tile_size[axis] / 2.0;
     return table_of(plan.tiling.tile_size[axis],
-                    [&](int pixel) { return 1 / (bell(pixel / half) * size_[axis]); });
+                    [&](int pixel) { return 1 / (window(pixel / half) * size_[axis]); });
   };
   share_x_ = shares(0);
   share_y_ = shares(1);

@@ -22,28 +22,28 @@ constexpr double tau = 2 * std::numbers::pi;
 
 /// Error of a line of light that spreads over `fresnel` (a Fresnel number), relative, squared.
 /// `offset`: of its pixels from those of the plane.
-double squared_window_error(const Bell& bell, double guard, double margin_px, double fresnel,
-                            double offset) {
+double squared_window_error(const WindowFunction& window, double guard, double margin_px,
+                            double fresnel, double offset) {
   const int nodes = std::min(256 + 8 * static_cast<int>(guard * fresnel), 4096);
   const double rays_px = 2 * guard * fresnel + margin_px;
   std::vector<Complex> pixels;
   const int first = static_cast<int>(std::ceil(offset - rays_px)),
             count_px = static_cast<int>(std::floor(offset + rays_px)) + 1 - first,
             last = first + count_px + count_px % 2 - 1;  // an even number of pixels
-  const auto at = [&](int node) { return ((node + 0.5) / nodes * 2 - 1) * bell.reach; };
+  const auto at = [&](int node) { return ((node + 0.5) / nodes * 2 - 1) * window.reach; };
   std::vector<Complex> light;
   for (int node = 0; node < nodes; ++node) {
     const double t = at(node);
-    light.push_back(bell(t) * std::polar(1.0, tau / 2 * (fresnel * t * t - offset * t / guard)));
+    light.push_back(window(t) * std::polar(1.0, tau / 2 * (fresnel * t * t - offset * t / guard)));
   }
-  const auto rotor = [&](int pixel, double t) {
+  const auto twiddle = [&](int pixel, double t) {
     return std::polar(1.0, tau / 2 * pixel * t / guard);
   };
   for (int pixel = first; pixel <= last; ++pixel) {
     Complex sum = 0;
     for (int node = 0; node < nodes; ++node)
-      sum += light[static_cast<std::size_t>(node)] * rotor(pixel, at(node));
-    pixels.push_back(sum * (bell.reach / guard / nodes));
+      sum += light[static_cast<std::size_t>(node)] * twiddle(pixel, at(node));
+    pixels.push_back(sum * (window.reach / guard / nodes));
   }
   double wrong = 0;
   int count = 0;
@@ -52,8 +52,8 @@ double squared_window_error(const Bell& bell, double guard, double margin_px, do
     if (std::abs(t) > 1) continue;
     Complex back = 0;
     for (int pixel = first; pixel <= last; ++pixel)
-      back += pixels[static_cast<std::size_t>(pixel - first)] * std::conj(rotor(pixel, t));
-    wrong += std::norm((back - light[static_cast<std::size_t>(node)]) / bell(t));
+      back += pixels[static_cast<std::size_t>(pixel - first)] * std::conj(twiddle(pixel, t));
+    wrong += std::norm((back - light[static_cast<std::size_t>(node)]) / window(t));
     ++count;
   }
   return wrong / std::max(count, 1);
@@ -145,7 +145,7 @@ double predicted_window_error(const Plan& plan) {
   const auto& plane = *plan.virtual_planes();
   constexpr double longest = 30;  // Fresnel number; longer footprints are no harder
   return rms_over_depths(plan, [&](int axis, double offset, double guard, double fresnel) {
-    return squared_window_error(bell_of(plan, axis), guard, plane.margin_px,
+    return squared_window_error(window_function(plan, axis), guard, plane.margin_px,
                                 std::min(fresnel, longest), offset) +
            share_cut_off(plane, guard, fresnel);
   });

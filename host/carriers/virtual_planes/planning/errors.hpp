@@ -13,7 +13,7 @@ namespace raywave {
 /// accuracy  within a factor of 1.6 of what scenes show (tests/trace/compact.cpp); the scene
 ///           is taken to fill its box
 ///
-/// Error of the bell and of cutting footprints off: along each axis, the wave of samples at some
+/// Error of the window and of cutting footprints off: along each axis, the wave of samples at some
 /// depths is cut, carried to the hologram and back.
 double predicted_window_error(const Plan& plan);
 

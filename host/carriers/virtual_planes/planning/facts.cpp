@@ -48,7 +48,7 @@ std::vector<std::pair<std::string, std::string>> report_rows(const VirtualPlanes
 
 nlohmann::ordered_json report_json(const VirtualPlanes& planes) {
   return {{"size", {planes.size.x, planes.size.y}},
-          {"bell", planes.bell},
+          {"window_strength", planes.window_strength},
           {"margin_px", planes.margin_px},
           {"rough_margin_px", planes.rough_margin_px},
           {"lines", planes.lines},

@@ -11,26 +11,26 @@ namespace raywave {
 namespace {
 
 /// Size of the virtual plane over the tile's, at least (docs/accuracy.md): more brings nothing once
-/// the bell is divided out.
+/// the window is divided out.
 constexpr double guard = 16.0 / 15;
 
-/// Strength of the bell, and pixels that footprints then reach beyond their rays; as many times
+/// Strength of the window, and pixels that footprints then reach beyond their rays; as many times
 /// that where light is rough.
-constexpr double bell_strength = 9, footprint_margin = 4, rough_margins = 2;
+constexpr double window_strength = 9, footprint_margin = 4, rough_margins = 2;
 
 /// The plane has room for a footprint and its tails, however small the hologram.
 constexpr int least_size = 64;
 
 }  // namespace
 
-double Bell::operator()(double at) const {
+double WindowFunction::operator()(double at) const {
   const double inside = 1 - at * at / (reach * reach);
   return inside < 0 ? 0 : std::exp(strength * (std::sqrt(inside) - 1));
 }
 
-Bell bell_of(const Plan& plan, int axis) {
+WindowFunction window_function(const Plan& plan, int axis) {
   const auto& plane = *plan.virtual_planes();
-  return {plane.bell, 2.0 * plane.size[axis] / plan.tiling.tile_size[axis] - 1};
+  return {plane.window_strength, 2.0 * plane.size[axis] / plan.tiling.tile_size[axis] - 1};
 }
 
 glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile) {
@@ -45,7 +45,7 @@ VirtualPlanes virtual_planes_of(const Plan& plan, const WrpSpec& wanted) {
     plane.size[axis] = static_cast<int>(next_fast_size(static_cast<std::size_t>(std::max<double>(
         least_size,
         std::ceil(wanted.guard.value_or(guard) * plan.tiling.tile_size[axis] - 1e-9)))));
-  plane.bell = wanted.bell.value_or(bell_strength);
+  plane.window_strength = wanted.bell.value_or(window_strength);
   plane.margin_px = wanted.margin_px.value_or(footprint_margin);
   plane.rough_margin_px = rough_margins * plane.margin_px;
   plane.lines = wanted.lines.value_or(plane.lines);

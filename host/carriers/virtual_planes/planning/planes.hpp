@@ -2,7 +2,7 @@
 /// Compact propagation: one virtual plane per layer of depth, one Fourier transform away from the
 /// tile of the hologram, on which each surface sample lights a few hundred pixels
 /// (docs/pipeline.md). After Kozacki & Falaggis, Opt. Lett. 40, 3420 (2015), for the reference wave
-/// that is taken off; the bell is that of non-uniform FFTs (Barnett et al., SIAM J. Sci. Comput.
+/// that is taken off; the window is that of non-uniform FFTs (Barnett et al., SIAM J. Sci. Comput.
 /// 41, C479 (2019)).
 #pragma once
 
@@ -15,13 +15,13 @@ namespace raywave {
 
 /// The window that is applied in front of the transform and divided out after it: exp(strength
 /// (sqrt(1 - (at / reach)^2) - 1)), zero from `reach` on. Half tiles from the tile's middle.
-struct Bell {
+struct WindowFunction {
   double strength = 9, reach = 1;
   double operator()(double at) const;
 };
 
-/// The bell along one axis: it reaches as far as it may come round into the guard.
-Bell bell_of(const Plan& plan, int axis);
+/// The window along one axis: it reaches as far as it may wrap around into the guard band.
+WindowFunction window_function(const Plan& plan, int axis);
 
 /// Where places on a tile and pixels of its virtual plane count from: the centre of the tile's
 /// pixel (size / 2). World.

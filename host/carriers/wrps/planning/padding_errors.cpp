@@ -129,7 +129,7 @@ private:
     return result;
   }
 
-  /// Adds the tile's window of a line, and what comes round to it on a plane of `padded` samples.
+  /// Adds the tile's window of a line, and what wraps around to it on a plane of `padded` samples.
   void add(std::vector<Complex>& window, const Lines& line, std::ptrdiff_t padded = 0) const {
     const auto count = static_cast<std::ptrdiff_t>(fft_.size());
     if (padded == 0) padded = count;
