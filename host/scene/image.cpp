@@ -123,6 +123,10 @@ Image load_grey(const std::filesystem::path& file, const std::string& where) {
   return load_file(file, where, {"grey", file.string()})[0];
 }
 
+Image load_numbers(const std::filesystem::path& file, const std::string& where) {
+  return load_file(file, where, {"numbers", file.string()})[0];
+}
+
 Image load_levels(const std::filesystem::path& file, const std::string& where) {
   return load_file(file, where, {"levels", file.string()})[0];
 }

@@ -48,6 +48,10 @@ Image stacked(std::span<const Image> channels);
 /// throws  InputError like load_texture, and when the picture has more than one channel
 Image load_grey(const std::filesystem::path& file, const std::string& where);
 
+/// Reads a grey picture of numbers: floats as they are, integers as they are stored, 0 to 255 or
+/// 65535.
+Image load_numbers(const std::filesystem::path& file, const std::string& where);
+
 /// Reads the grey levels of a hologram: an 8-bit or 16-bit grey picture, as stored numbers divided
 /// by the format's largest number, without sRGB decoding.
 Image load_levels(const std::filesystem::path& file, const std::string& where);

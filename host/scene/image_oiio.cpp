@@ -80,7 +80,10 @@ OIIO::ImageSpec spec_of(int width, int height, std::size_t numbers, OIIO::TypeDe
   const auto pixels = width < 1 || height < 1 ? 0 : std::size_t{1} * width * height;
   if (pixels == 0 || numbers < pixels || numbers > 3 * pixels || numbers % pixels != 0)
     throw std::invalid_argument("save_picture: the pixels do not fill width * height");
-  return {width, height, static_cast<int>(numbers / pixels), format};
+  OIIO::ImageSpec spec(width, height, static_cast<int>(numbers / pixels), format);
+  spec.attribute("DateTime",
+                 "1970:01:01 00:00:00");  // or EXR files hold today's: equal runs differ
+  return spec;
 }
 
 /// OpenImageIO's writers do not say when a disk is full. So they write to memory; where a format

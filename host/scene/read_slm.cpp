@@ -55,6 +55,9 @@ std::vector<double> load_lut(const std::filesystem::path& file, std::size_t leve
   int line_number = 0;
   for (std::string line; std::getline(stream, line);) {
     const std::string where = name + ":" + std::to_string(++line_number);
+    if (constexpr std::string_view mark = "\xef\xbb\xbf";
+        line_number == 1 && line.starts_with(mark))
+      line.erase(0, mark.size());  // of UTF-8, which spreadsheets write
     const auto numbers = numbers_of(line, where);
     if (numbers.empty()) continue;
     if (lut.empty()) two_columns = numbers.size() == 2;
@@ -85,6 +88,22 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
                        " must rise or fall from level to level; level " + std::to_string(i) +
                        " shows " + number_text(lut[i]) + " after " + number_text(lut[i - 1]));
   }
+}
+
+/// Levels of panels span half a turn to three; volts or millivolts would span more, or none.
+///
+/// throws  InputError where the numbers are no phases in turns, or no amplitudes
+void require_range(const std::vector<double>& lut, bool amplitude, const Value& v) {
+  constexpr double most_turns = 4;
+  const auto [low, high] = std::minmax(lut.front(), lut.back());
+  const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
+  if (amplitude && (low < 0 || high > 1))
+    throw InputError(where + " has amplitudes from " + number_text(low) + " to " +
+                     number_text(high) + "; 0 to 1 is expected, the brightest level has 1");
+  if (!amplitude && high - low > most_turns)
+    throw InputError(where + " spans " + number_text(high - low) +
+                     " turns of phase, and a panel's levels span up to " + number_text(most_turns) +
+                     "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
 }
 
 /// The LUT of a value: a number for each level, or the name of a file that holds them.
@@ -190,7 +209,9 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
   key(setting("lut", slm.lut, [&](const Value& v) {
         auto lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
                           static_cast<std::size_t>(grey_levels_of(slm)));
-        for (double& number : lut) number *= shows_amplitude(slm.encoding) ? 1 : turns_per_unit;
+        const bool amplitude = shows_amplitude(slm.encoding);
+        for (double& number : lut) number *= amplitude ? 1 : turns_per_unit;
+        require_range(lut, amplitude, v);
         return lut;
       }).and_then([&](const Value& v) {
     if (slm.invert)
@@ -301,7 +322,7 @@ SlmSpec parse_slm(const SceneText& text, double wavelength_m,
 }
 
 void load_flatness(FlatnessSpec& flatness) {
-  flatness.picture = flatness.in_nm ? load_grey(flatness.file, flatness.where)
+  flatness.picture = flatness.in_nm ? load_numbers(flatness.file, flatness.where)
                                     : load_levels(flatness.file, flatness.where);
 }
 

@@ -18,8 +18,19 @@ struct Unit {
   double in_base;
 };
 
+/// Blanks in place of those that word processors put between number and unit: no-break spaces,
+/// U+00A0 and U+202F, and thin ones, U+2009.
+std::string with_blanks(std::string_view text) {
+  std::string plain(text);
+  for (const std::string_view blank : {"\u00a0", "\u202f", "\u2009"})
+    for (std::size_t at; (at = plain.find(blank)) != std::string::npos;)
+      plain.replace(at, blank.size(), " ");
+  return plain;
+}
+
 /// "3.74 um" as 3.74e-6; empty when the unit is not among `units`.
-std::optional<double> in_base_unit(std::string_view text, std::span<const Unit> units) {
+std::optional<double> in_base_unit(std::string_view given, std::span<const Unit> units) {
+  const std::string text = with_blanks(given);
   const auto trim = [](std::string_view s) {
     const auto first = s.find_first_not_of(' ');
     return first == std::string_view::npos ? std::string_view{}

@@ -466,6 +466,8 @@ TEST_CASE("parse_length_m accepts its units and nothing else") {
   CHECK_THAT(parse_length_m("95mm", "x"), Catch::Matchers::WithinRel(0.095, 1e-15));
   CHECK_THAT(parse_length_m(" 2 cm ", "x"), Catch::Matchers::WithinRel(0.02, 1e-15));
   CHECK_THAT(parse_length_m("638nm", "x"), Catch::Matchers::WithinRel(638e-9, 1e-15));
+  for (const char* text : {"40\u00a0um", "40\u202fum", "40\u2009um\u00a0"})  // as pasted
+    CHECK_THAT(parse_length_m(text, "x"), Catch::Matchers::WithinRel(40e-6, 1e-15));
   CHECK(parse_length_m("10 km", "x") == 1e4);
   CHECK(parse_length_m("0.1", "x") == 0.1);
   CHECK(parse_length_m("-1e-3 m", "x") == -1e-3);

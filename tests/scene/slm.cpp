@@ -33,7 +33,7 @@ struct Bench {
   Bench() {
     folder.write("rising.txt", lut_text([](int i) { return std::to_string(i / 255.0); }));
     folder.write("falling.csv", lut_text([](int i) {
-                   return std::to_string(i) + ", " + std::to_string(6 - i / 50.0);
+                   return std::to_string(i) + ", " + std::to_string(1.9 - i / 255.0);
                  }));
     folder.write("turns_back.txt", lut_text([](int i) { return std::to_string(i % 200); }));
     folder.write("flat.txt", lut_text([](int i) { return std::to_string(i / 2); }));
@@ -93,7 +93,7 @@ stop_centre = [0.05, -0.02])");
   CHECK(slm.levels_per_turn == 254);
   CHECK(slm.offset_turns == -0.25);
   REQUIRE(slm.lut.size() == 256);
-  CHECK(slm.lut[50] == Approx(5));
+  CHECK(slm.lut[50] == Approx(1.9 - 50 / 255.0));
   CHECK(slm.carrier == glm::dvec2(0.25, -0.1));
   CHECK(slm.lens_m.value() == Approx(-0.3));
   REQUIRE(slm.zernike.size() == 2);
@@ -167,8 +167,8 @@ TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of 
   CHECK(bench.load("lut = \"falling.csv\"\nlut_unit = \"radians\"").lut[255] ==
         Approx(0.9 / (2 * std::numbers::pi)));
   std::string numbers;
-  for (int i = 0; i < 256; ++i) numbers += std::to_string(i) + (i % 8 == 7 ? ".5,\n" : ".5, ");
-  CHECK(bench.load("lut = [" + numbers + "]").lut[17] == 17.5);
+  for (int i = 0; i < 256; ++i) numbers += std::to_string(i / 64.0) + (i % 8 == 7 ? ",\n" : ", ");
+  CHECK(bench.load("lut = [" + numbers + "]").lut[17] == Approx(17 / 64.0));
 }
 
 TEST_CASE("of LUTs by wavelength, the nearest within 1 nm is taken, and no other is read") {
@@ -333,6 +333,52 @@ TEST_CASE("a flatness picture of another size than the SLM is refused, unless it
                                "give flatness_fit = \"centre\" to crop or pad it"));
   slm.flatness.centre = true;
   require_fit(slm.flatness, {2, 3});
+}
+
+TEST_CASE("a LUT that begins with a byte order mark is read") {
+  const Bench bench;
+  std::string text = "\xef\xbb\xbf";
+  for (int i = 0; i < 256; ++i) text += std::to_string(i / 255.0) + "\r\n";
+  bench.folder.write("marked.csv", text);
+  CHECK(bench.load("lut = \"marked.csv\"").lut[255] == Approx(1));
+}
+
+TEST_CASE("a LUT of voltages is refused with the range that phases have") {
+  const Bench bench;
+  std::string millivolts, volts;
+  for (int i = 0; i < 256; ++i) {
+    millivolts += std::to_string(20 * i) + "\n";
+    volts += std::to_string(0.02 * i) + "\n";
+  }
+  bench.folder.write("mV.csv", millivolts);
+  bench.folder.write("V.csv", volts);
+  CHECK_THAT(bench.refusal("lut = \"mV.csv\""),
+             ContainsSubstring("slm.toml:2: slm: lut spans 5100 turns of phase, and a panel's "
+                               "levels span up to 4; give phases, not voltages"));
+  CHECK_THAT(bench.refusal("lut = \"V.csv\""), ContainsSubstring("lut spans 5.1 turns"));
+  CHECK_THAT(bench.refusal("encoding = \"amplitude\"\nlut = \"V.csv\""),
+             ContainsSubstring("lut has amplitudes from 0 to 5.1; 0 to 1 is expected"));
+}
+
+TEST_CASE("a flatness picture in nm counts its integers as nm, its floats as they are") {
+  const Bench bench;
+  const std::string keys = "flatness_unit = \"nm\"\nflatness = ";
+  const std::array<std::uint8_t, 2> bytes{0, 160};
+  const std::array<std::uint16_t, 2> words{0, 1276};
+  const std::array<float, 2> floats{-0.5f, 79.75f};
+  save_picture(bench.folder / "8.png", 2, 1, bytes);
+  save_picture(bench.folder / "16.png", 2, 1, words);
+  save_picture(bench.folder / "float.exr", 2, 1, floats);
+  CHECK(bench.load(keys + "\"8.png\"").flatness.picture.pixels == std::vector{0.0f, 160.0f});
+  CHECK(bench.load(keys + "\"16.png\"").flatness.picture.pixels == std::vector{0.0f, 1276.0f});
+  CHECK(bench.load(keys + "\"float.exr\"").flatness.picture.pixels == std::vector{-0.5f, 79.75f});
+}
+
+TEST_CASE("equal pictures have equal files, OpenEXR too") {
+  const Folder folder;
+  const std::array<float, 2> pixels{0.25f, 4};
+  save_picture(folder / "a.exr", 2, 1, pixels);
+  CHECK_THAT(bytes_of(folder / "a.exr"), ContainsSubstring("1970:01:01 00:00:00"));
 }
 
 }  // namespace

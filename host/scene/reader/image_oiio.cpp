@@ -125,12 +125,30 @@ std::vector<Image> read_channels(const std::filesystem::path& file, const std::s
   return channels;
 }
 
-Image read_grey(const std::filesystem::path& file) {
-  const auto input = open(file, kMaxTextureSide);
+Picture open_grey(const std::filesystem::path& file) {
+  auto input = open(file, kMaxTextureSide);
   if (input.spec().nchannels != 1)
     throw InputError("must be grey; it has " + std::to_string(input.spec().nchannels) +
                      " channels");
-  return read_linear(input, 0);
+  return input;
+}
+
+Image read_grey(const std::filesystem::path& file) { return read_linear(open_grey(file), 0); }
+
+/// Floats as they are, integers as they are stored.
+Image read_numbers(const std::filesystem::path& file) {
+  const auto input = open_grey(file);
+  const auto& spec = input.spec();
+  if (!spec.format.is_floating_point() && spec.format != OIIO::TypeUInt8 &&
+      spec.format != OIIO::TypeUInt16)
+    throw InputError(std::string("must be of floats, or integers of 8 or 16 bits, and is of ") +
+                     spec.format.c_str());
+  Image image = read(input, 0);
+  const float largest = spec.format == OIIO::TypeUInt8    ? 255.0f
+                        : spec.format == OIIO::TypeUInt16 ? 65535.0f
+                                                          : 1.0f;
+  for (float& pixel : image.pixels) pixel = largest == 1 ? pixel : std::round(pixel * largest);
+  return image;
 }
 
 Image read_levels(const std::filesystem::path& file) {
@@ -157,6 +175,7 @@ std::vector<Image> read_image(const std::vector<std::string>& arguments) {
   if (kind == "texture") return {read_texture(file, std::stoi(arguments.at(2)))};
   if (kind == "channels") return read_channels(file, arguments.at(2));
   if (kind == "grey") return {read_grey(file)};
+  if (kind == "numbers") return {read_numbers(file)};
   if (kind == "levels") return {read_levels(file)};
   throw std::invalid_argument("raywave and its reader are not of the same version");
 }
