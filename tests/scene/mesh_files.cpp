@@ -14,6 +14,7 @@
 #include "host/scene/mesh.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
+#include "tests/support/german.hpp"
 #include "tests/support/gltf.hpp"
 
 namespace raywave {
@@ -601,6 +602,23 @@ TEST_CASE("the colours of a WebP are those of the file, whatever its alpha") {
     CHECK(channels.at(1).pixels[i] == Catch::Approx(linear(texels[i][1] / 255)).epsilon(1e-5));
     CHECK(channels.at(2).pixels[i] == Catch::Approx(texels[i][2] / 255));
   }
+}
+
+TEST_CASE("a German program reads the same meshes and says the same of them") {
+  const Folder folder;
+  folder.write("m.mtl", "newmtl a\nKd .5 .25 1e-1\nKs 1 1 1\nNs 12.5\nillum 2\n");
+  const auto obj = folder.write(
+      "a.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1.5 0 0\nv 0 2.5 0\n" + face);
+  const auto say = [&] {
+    const auto mesh = load(obj);
+    const auto& from = material_of(mesh, 0);
+    return std::to_string(std::lround(1e6 * area_of(mesh))) + ' ' +
+           description_of(from, phong_of(from, {}, false, 1, ""), {}, 0);
+  };
+  const auto before = say();
+  CHECK_THAT(before, ContainsSubstring("1875000 ") && ContainsSubstring("shininess 12.5"));
+  const test::German german;
+  CHECK(say() == before);
 }
 
 TEST_CASE("damaged OBJ, MTL, STL and OFF files load, or are refused in one line") {
