@@ -237,6 +237,11 @@ TEST_CASE(
                ContainsSubstring("line " + std::to_string(crossing.size() + 1)) &&
                    ContainsSubstring("crosses itself"));
   }
+  // Four corners that no plane shows as an outline: along the shorter diagonal, 0-2
+  const auto twisted =
+      load(folder.write("a.obj", "v 0 0 0\nv 1 0 2\nv 1 1 0\nv 1 0 -2.5\nf 1 2 3 4\n"));
+  CHECK(area_of(twisted) == Catch::Approx((std::sqrt(9) + std::sqrt(13.5)) / 2));
+  CHECK_THAT(notes_of(twisted), ContainsSubstring("line 5: a twisted face"));
   const auto pair = load(folder.write("a.obj", three + "f 1 2\n" + face + "f 3 2\n"));
   CHECK(area_of(pair) == 0.5);
   CHECK_THAT(notes_of(pair), ContainsSubstring("line 4: a face of fewer than three corners") &&
@@ -607,8 +612,8 @@ TEST_CASE("the colours of a WebP are those of the file, whatever its alpha") {
 TEST_CASE("a German program reads the same meshes and says the same of them") {
   const Folder folder;
   folder.write("m.mtl", "newmtl a\nKd .5 .25 1e-1\nKs 1 1 1\nNs 12.5\nillum 2\n");
-  const auto obj = folder.write(
-      "a.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1.5 0 0\nv 0 2.5 0\n" + face);
+  const auto obj =
+      folder.write("a.obj", "mtllib m.mtl\nusemtl a\nv 0 0 0\nv 1.5 0 0\nv 0 2.5 0\n" + face);
   const auto say = [&] {
     const auto mesh = load(obj);
     const auto& from = material_of(mesh, 0);
