@@ -6,8 +6,6 @@
 #include <glm/geometric.hpp>
 #include <sstream>
 
-#include "host/common/format.hpp"
-
 namespace raywave::reference {
 namespace {
 
@@ -76,7 +74,7 @@ Verdict judge(const Hit& hit, const Ray& ray, std::span<const Corners> triangles
            16 * u24 *
                (std::abs(own.t) + length(vec(triangle.a) - ray.origin) / length(ray.direction));
   };
-  auto fault = text_stream();
+  std::ostringstream fault;
   if (hit.triangle < 0) {
     const bool lost = exact.triangle >= 0 && exact.t < ray.t_max - tolerance(exact.triangle) &&
                       exact.t > ray.t_min + tolerance(exact.triangle);
