@@ -88,7 +88,7 @@ std::vector<std::uint32_t> GltfPrimitive::corners() const {
     std::iota(listed.begin(), listed.end(), 0);
   } else {
     const auto all = numbers(indices, "SCALAR", "indices");
-    if (all.type == Stored::f32) fail(what("indices are no whole numbers"));
+    if (all.type == GltfNumbers::floats) fail(what("indices are no whole numbers"));
     listed.reserve(all.count);
     for (std::uint64_t i = 0; i < all.count; ++i)
       listed.push_back(static_cast<std::uint32_t>(std::max(0.0, all.at(i, 0))));
@@ -328,7 +328,7 @@ private:
         gltf_.of("accessors", member(member(from.object(), "attributes"), "COLOR_0"));
     const bool has_alpha = text_or(member(accessor, "type"), "") == "VEC4";
     const auto colours = from.attribute("COLOR_0", has_alpha ? "VEC4" : "VEC3", false);
-    if (colours.type != Stored::f32 && member(accessor, "normalized") != json(true))
+    if (colours.type != GltfNumbers::floats && member(accessor, "normalized") != json(true))
       note(
           from.what("COLOR_0 is of whole numbers that are not normalized: the largest is taken "
                     "as 1"));

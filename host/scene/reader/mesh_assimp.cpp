@@ -13,7 +13,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
