@@ -7,6 +7,7 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <set>
@@ -442,14 +443,14 @@ std::vector<json> GltfFile::top_nodes() const {
   return top;
 }
 
-bool GltfFile::for_each_node(const Visit& visit) const {
+std::string GltfFile::for_each_node(const Visit& visit) const {
   struct Pending {
     json index;
     std::int32_t parent;
     glm::dmat4 world_from_parent;
     bool is_shown;
   };
-  bool is_tree = true;
+  std::string fault;
   std::set<std::uint64_t> seen;
   std::vector<Pending> pending;
   for (const auto& index : top_nodes()) pending.push_back({index, -1, glm::dmat4(1), true});
@@ -459,7 +460,9 @@ bool GltfFile::for_each_node(const Visit& visit) const {
     pending.pop_back();
     const auto& node = of("nodes", next.index);
     if (!node.is_object() || !seen.insert(next.index.get<std::uint64_t>()).second) {
-      is_tree = false;
+      fault = "node " + next.index.dump().substr(0, 20) +
+              (node.is_object() ? " is in several places; give each a node of its own"
+                                : " is not there");
       continue;
     }
     const auto pose = next.world_from_parent * matrix_of(gltf_place_of(node));
@@ -474,7 +477,7 @@ bool GltfFile::for_each_node(const Visit& visit) const {
       pending.push_back({*child, visited, pose, is_shown});
     ++visited;
   }
-  return is_tree;
+  return fault;
 }
 
 }  // namespace raywave

@@ -105,11 +105,11 @@ public:
   ///
   /// visit    node, its number in the file, how many were visited before its parent (-1: none), its
   ///          pose, and whether it is shown (KHR_node_visibility)
-  /// returns  false where a node is in several places, or below itself
+  /// returns  what is wrong where a node is in several places or missing; else nothing
   /// throws   InputError when a node is nowhere
   using Visit = std::function<void(const nlohmann::json& node, std::int32_t number,
                                    std::int32_t parent, const glm::dmat4& pose, bool is_shown)>;
-  bool for_each_node(const Visit& visit) const;
+  std::string for_each_node(const Visit& visit) const;
 
 private:
   explicit GltfFile(std::filesystem::path file) : file_(std::move(file)) {}

@@ -40,7 +40,8 @@ GltfPrimitive::GltfPrimitive(GltfFile& gltf, const json& node, const json& primi
 }
 
 void GltfPrimitive::fail(const std::string& why) const {
-  throw InputError(why + "; export the file again" +
+  const std::string remedy = "; export the file again";
+  throw InputError((why.ends_with(remedy) ? why : why + remedy) +
                    (deforms_ ? ", or without the skin or the morph targets" : ""));
 }
 
@@ -129,14 +130,12 @@ public:
     if (const auto scenes = member(gltf_.root(), "scenes").size(); scenes > 1)
       note("of " + std::to_string(scenes) + " scenes only the file's default is shown");
     std::vector<std::pair<const json*, std::int32_t>> shown;
-    const bool is_tree =
-        gltf_.for_each_node([&](const json& node, std::int32_t number, std::int32_t,
-                                const glm::dmat4& pose, bool is_shown) {
-          poses_.emplace(number, pose);
-          if (is_shown && !member(node, "mesh").is_null()) shown.emplace_back(&node, number);
-        });
-    if (!is_tree)
-      throw InputError("a node is in several places, or not there; export the file again");
+    const auto fault = gltf_.for_each_node([&](const json& node, std::int32_t number, std::int32_t,
+                                               const glm::dmat4& pose, bool is_shown) {
+      poses_.emplace(number, pose);
+      if (is_shown && !member(node, "mesh").is_null()) shown.emplace_back(&node, number);
+    });
+    if (!fault.empty()) throw InputError(fault + "; export the file again");
     for (const auto& [node, number] : shown) add_node(*node, number);
     if (mesh_.materials.empty()) mesh_.triangle_material.clear();
     return std::move(mesh_);
