@@ -201,7 +201,9 @@ TEST_CASE("numbers of an OBJ are read as they are written") {
   check_colour(
       load(folder.write("a.obj",
                         "v 0 0 0 1 .5 .25 0\nv 1 0 0 1 .5 .25 0\nv 0 1 0 1 .5 .25 0.0\n" + face)),
-      {1, 0.5, 0.25});
+      {0.5, 0.25, 0});
+  check_colour(colours(" 1 255 128 255"), {1, 128 / 255.0, 1});
+  check_colour(colours(" 1 .5 .25 1"), {1, 0.5, 0.25});
   const auto weighted =
       load(folder.write("a.obj", "v 0 0 0 1 0 0 1\nv 1 0 0 1 1 0 0\nv 0 1 0 1 0 1 .5\n" + face));
   REQUIRE(weighted.colours.size() == 3);
