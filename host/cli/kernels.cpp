@@ -22,6 +22,7 @@ namespace {
 
 struct KernelsArguments {
   std::vector<std::string> scenes, set;
+  bool strict = false;
   DeviceOptions device;
   ReportOptions report;
   std::string folder;
@@ -76,7 +77,7 @@ void run_kernels(const KernelsArguments& options) {
   const cl::Device device(info);
   std::vector<std::vector<Scene>> scenes;
   for (const auto& file : options.scenes)
-    scenes.push_back(load_all(file, options.set, options.report));
+    scenes.push_back(load_all(file, options.set, options.strict, options.report));
 
   const cl::ProgramRecorder recorder(options.folder, !options.sources);
   use_shared(device);
@@ -111,6 +112,7 @@ void add_kernels(CLI::App& app) {
                    "Scene files (TOML): each is rendered, and what it uses is kept")
       ->type_name("SCENE");
   add_set(*command, options->set);
+  add_strict(*command, options->strict);
   options->device.add_device_to(*command);
   add_output(*command, options->folder, "binaries, sources and manifest.tsv")->required();
   command

@@ -111,8 +111,8 @@ int main(int argc, char** argv) {
   refuse_empty_values(app);
   app.footer(
       "raywave COMMAND --help shows the options of a command and an example.\n"
-      "Exit codes: 0 done, 1 a self-test failed, 2 something given is wrong, 3 the device or its\n"
-      "driver cannot do it.");
+      "Exit codes: 0 done, 1 a self-test failed or --strict met a note, 2 something given is\n"
+      "wrong, 3 the device or its driver cannot do it.");
   try {
     auto words = read_arguments(argc, argv);
     std::reverse(words.begin(), words.end());  // as the parser takes them

@@ -13,6 +13,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/geometry/world.hpp"
 #include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
@@ -85,10 +86,25 @@ void ReportOptions::write(const Json& value) const {
 }
 
 std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
-                            const ReportOptions& report) {
+                            bool strict, const ReportOptions& report) {
   auto scenes = load_scenes(file, set);
-  for (const auto& note : scenes[0].notes) report.note(note);
+  auto notes = scenes[0].notes;
+  if (!strict) {
+    for (const auto& note : notes) report.note(note);
+    return scenes;
+  }
+  for (const auto& note : material_notes(scenes[0], build_world(scenes[0]))) notes.push_back(note);
+  for (const auto& note : notes) std::fprintf(stderr, "raywave: --strict: %s\n", note.c_str());
+  if (!notes.empty()) throw CLI::RuntimeError("", 1);
   return scenes;
+}
+
+void add_strict(CLI::App& command, bool& strict) {
+  command
+      .add_flag("--strict", strict,
+                "End with an error where a note would be made of what the "
+                "scene or a mesh says and is not shown")
+      ->group(group::scene);
 }
 
 void add_set(CLI::App& command, std::vector<std::string>& set) {
@@ -100,6 +116,7 @@ void add_set(CLI::App& command, std::vector<std::string>& set) {
 
 CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
   add_set(command, set);
+  add_strict(command, strict);
   return command.add_option("SCENE", file, help)->type_name("SCENE");
 }
 

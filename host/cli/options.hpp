@@ -42,20 +42,23 @@ struct ReportOptions {
   void write(const nlohmann::ordered_json& value) const;
 };
 
-/// Loads the scenes of all lasers and prints their notes.
+/// Loads the scenes of all lasers and prints their notes. With `strict` all that is not understood
+/// of the scene and its meshes ends the command, with exit status 1.
 std::vector<Scene> load_all(const std::string& file, const std::vector<std::string>& set,
-                            const ReportOptions& report);
+                            bool strict, const ReportOptions& report);
 
 void add_set(CLI::App& command, std::vector<std::string>& set);
+void add_strict(CLI::App& command, bool& strict);
 
-/// SCENE and --set.
+/// SCENE, --set and --strict.
 struct SceneOptions {
   std::string file;
   std::vector<std::string> set;
+  bool strict = false;
 
   CLI::Option* add_to(CLI::App& command, const std::string& help = "Scene file (TOML)");
   std::vector<Scene> load_all(const ReportOptions& report) const {
-    return cli::load_all(file, set, report);
+    return cli::load_all(file, set, strict, report);
   }
 };
 

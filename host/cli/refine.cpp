@@ -40,6 +40,7 @@ using Json = nlohmann::ordered_json;
 struct RefineArguments {
   std::string input, targets, start, out, blur, budget;
   std::vector<std::string> set;
+  bool strict = false;
   GoalOptions goal;
   DepthOptions depths;
   PixelOptions pixels;
@@ -186,7 +187,7 @@ std::vector<FieldStack> starts_of(const std::string& start, const std::vector<Sc
 /// Renders the scene, refined, and makes the pictures that tell whether it carries over.
 Work work_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   Work work;
-  auto scenes = load_all(options.input, options.set, options.report);
+  auto scenes = load_all(options.input, options.set, options.strict, options.report);
   const bool is_colour = scenes.size() > 1;
   require_border(options, scenes[0].hologram.resolution);
   for (auto& scene : scenes)
@@ -401,6 +402,7 @@ void add_refine(CLI::App& app) {
       ->type_name("SCENE")
       ->required();
   add_set(*command, options->set);
+  add_strict(*command, options->strict);
   options->goal.add_preset_to(*command);
   command
       ->add_option("--iterations", options->iterations,

@@ -2,7 +2,8 @@
 #include "host/common/memory_need.hpp"
 
 #include <array>
-#include <cstdio>
+
+#include "host/common/format.hpp"
 
 namespace raywave {
 
@@ -11,9 +12,7 @@ std::string format_bytes(std::uint64_t bytes) {
   double value = static_cast<double>(bytes);
   std::size_t unit = 0;
   for (; value >= 1024 && unit + 1 < units.size(); ++unit) value /= 1024;
-  std::array<char, 32> text;
-  std::snprintf(text.data(), text.size(), unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
-  return text.data();
+  return format(unit ? "%.1f %s" : "%.0f %s", value, units[unit]);
 }
 
 }  // namespace raywave

@@ -4,11 +4,13 @@
 #include <sstream>
 #include <utility>
 
+#include "host/common/format.hpp"
+
 namespace raywave {
 
 std::string nrsh_configuration(const HologramSpec& hologram, const std::string& name) {
   const auto [size, pitch_m] = std::pair(hologram.resolution, hologram.pitch_m);
-  std::ostringstream text;
+  auto text = text_stream();
   text.precision(12);
   text << "# Written by raywave. load('hologram.mat'); nrsh(dh, DEPTH_IN_METRES, "
           "getSettings('cfg_file', '"

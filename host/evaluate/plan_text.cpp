@@ -299,7 +299,7 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
 }  // namespace
 
 std::string plan_report_text(const std::vector<Planned>& planned, const World& world) {
-  Rows out;
+  Rows out = text_stream();
   if (planned.size() > 1) add_lasers(planned, world, out);
   for (const auto& plan : planned) {
     if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.hologram.wavelength_m) << "\n";

@@ -7,11 +7,13 @@
 #include <string>
 #include <vector>
 
+#include "host/common/format.hpp"
+
 namespace raywave {
 
 /// Up to 6 digits: "3.74 mm".
 inline std::string millimetres(double metres) {
-  std::ostringstream text;
+  auto text = text_stream();
   text.precision(6);
   text << metres * 1e3 << " mm";
   return text.str();
@@ -19,7 +21,7 @@ inline std::string millimetres(double metres) {
 
 /// All digits of a count, as long as they are few.
 inline std::string count_text(double count) {
-  std::ostringstream text;
+  auto text = text_stream();
   text.precision(count < 1e15 ? 15 : 3);
   text << count;
   return text.str();

@@ -7,6 +7,7 @@
 #include <string>
 
 #include "host/common/error.hpp"
+#include "host/common/format.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
 namespace raywave {
@@ -50,11 +51,7 @@ double largest_shift_m(const Axis& axis, const Axis& other, double other_shift_m
   return axis.reach_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
 }
 
-std::string millimetres(double length_m) {
-  char text[32];
-  std::snprintf(text, sizeof text, "%.4g mm", length_m * 1e3);
-  return text;
-}
+std::string millimetres(double length_m) { return format("%.4g mm", length_m * 1e3); }
 
 std::vector<std::int32_t> firsts_then_lasts(const std::vector<Band>& bands) {
   std::vector<std::int32_t> table(2 * bands.size());

@@ -21,8 +21,8 @@ namespace raywave {
 class ReaderPipe;
 struct DeformingMesh;
 
-/// Reads a mesh file of any format that Assimp reads. Merges all parts, applies node transforms,
-/// triangulates polygons, drops points, lines and triangles without area, and joins equal vertices.
+/// Reads a mesh file. Merges all parts, applies node transforms, triangulates polygons, drops
+/// points, lines and triangles without area, and joins equal vertices.
 /// Axes and numbers stay as in the file (in float, as Assimp keeps them).
 ///
 /// throws  InputError, starting with `where`, when the file cannot be read, holds no triangle, or a

@@ -12,6 +12,7 @@
 #include <sstream>
 #include <utility>
 
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/image.hpp"
 
@@ -228,7 +229,7 @@ std::vector<MaterialMaps> load_maps(const Mesh& mesh, const fs::path& file, Chan
 std::string description_of(const MeshMaterial& from, const Material& material,
                            const MaterialMaps& maps, int channel) {
   const auto& look = from.look;
-  std::ostringstream out;
+  auto out = text_stream();
   const auto map = [&](const SurfaceMap& of, const char* name) {
     if (of) out << ", " << name << " " << of.image->width << " x " << of.image->height;
   };

@@ -8,6 +8,7 @@
 #include <sstream>
 
 #include "host/common/digest.hpp"
+#include "host/common/format.hpp"
 #include "host/scene/document.hpp"
 #include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"
@@ -105,7 +106,7 @@ std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
 }
 
 std::string digest_of(const toml::table& root) {
-  std::ostringstream text;
+  auto text = text_stream();
   text << root;
   return hash_name(text.str());
 }

@@ -237,22 +237,53 @@ TEST_CASE("node transforms are applied, and a mirror does not turn a mesh inside
   CHECK(faces_outwards(mirrored, {10, 0, 0}));
 }
 
-TEST_CASE("a file that says its z axis is up keeps its coordinates") {
-  const Folder folder;
-  const Mesh mesh = load(folder.write("a.dae", R"(<?xml version="1.0"?>
-<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1"><asset><up_axis>Z_UP</up_axis></asset>
+/// A face in Collada, with what its asset says.
+std::string collada(const std::string& asset, const std::string& places, const std::string& face) {
+  return R"(<?xml version="1.0"?>
+<COLLADA xmlns="http://www.collada.org/2005/11/COLLADASchema" version="1.4.1">)" +
+         asset + R"(
 <library_geometries><geometry id="g"><mesh><source id="p">
-<float_array id="a" count="9">0 0 0 1 0 0 0 2 0</float_array>
-<technique_common><accessor source="#a" count="3" stride="3">
+<float_array id="a" count=")" +
+         std::to_string(3 * std::count(face.begin(), face.end(), ' ') + 3) + R"(">)" + places +
+         R"(</float_array>
+<technique_common><accessor source="#a" count=")" +
+         std::to_string(std::count(face.begin(), face.end(), ' ') + 1) + R"(" stride="3">
 <param name="X" type="float"/><param name="Y" type="float"/><param name="Z" type="float"/>
 </accessor></technique_common></source>
 <vertices id="v"><input semantic="POSITION" source="#p"/></vertices>
-<triangles count="1"><input semantic="VERTEX" source="#v" offset="0"/><p>0 1 2</p></triangles>
+<polylist count="1"><input semantic="VERTEX" source="#v" offset="0"/><vcount>)" +
+         std::to_string(std::count(face.begin(), face.end(), ' ') + 1) + R"(</vcount><p>)" + face +
+         R"(</p></polylist>
 </mesh></geometry></library_geometries>
 <library_visual_scenes><visual_scene id="s"><node><instance_geometry url="#g"/></node>
 </visual_scene></library_visual_scenes>
-<scene><instance_visual_scene url="#s"/></scene></COLLADA>)"));
-  CHECK(bounds(mesh).second == glm::dvec3(1, 2, 0));
+<scene><instance_visual_scene url="#s"/></scene></COLLADA>)";
+}
+
+TEST_CASE("a file that says its z axis is up, or its unit an inch, keeps its numbers") {
+  const Folder folder;
+  const std::string triangle = "0 0 0 1 0 0 0 2 0";
+  for (const char* unit : {"", "<unit name=\"inch\" meter=\"0.0254\"/>", "<unit meter='100'/>"}) {
+    const Mesh mesh = load(folder.write(
+        "a.dae", collada(std::string("<asset>") + unit + "<up_axis>Z_UP</up_axis></asset>",
+                         triangle, "0 1 2")));
+    CHECK(bounds(mesh).second == glm::dvec3(1, 2, 0));
+    REQUIRE(mesh.notes.size() == (*unit ? 1 : 0));
+    if (*unit)
+      CHECK_THAT(mesh.notes[0], Catch::Matchers::ContainsSubstring(std::string(unit).find("inch") !=
+                                                                           std::string::npos
+                                                                       ? "unit = \"0.0254 m\""
+                                                                       : "unit = \"100 m\""));
+  }
+  const Mesh corner = load(folder.write(
+      "b.dae",
+      collada("<asset/>", "1 1 0 3 1 0 3 2 0 4 2 0 4 3 0 2 3 0 2 5 0 1 5 0", "0 1 2 3 4 5 6 7")));
+  double area = 0;
+  for (const glm::uvec3& t : corner.triangles)
+    area += glm::length(glm::cross(corner.positions[t.y] - corner.positions[t.x],
+                                   corner.positions[t.z] - corner.positions[t.x])) /
+            2;
+  CHECK(area == Catch::Approx(7));
 }
 
 TEST_CASE("empty solids, and cameras and lights without a place, leave the surfaces beside them") {

@@ -9,22 +9,23 @@
 namespace raywave {
 namespace {
 
-Stored stored_as(draco::DataType type) {
+/// glTF's componentType; 0: it has none.
+std::uint64_t type_of(draco::DataType type) {
   switch (type) {
     case draco::DT_INT8:
-      return Stored::i8;
+      return 5120;
     case draco::DT_UINT8:
-      return Stored::u8;
+      return 5121;
     case draco::DT_INT16:
-      return Stored::i16;
+      return 5122;
     case draco::DT_UINT16:
-      return Stored::u16;
+      return 5123;
     case draco::DT_UINT32:
-      return Stored::u32;
+      return 5125;
     case draco::DT_FLOAT32:
-      return Stored::f32;
+      return 5126;
     default:
-      throw InputError("an attribute is of a type that glTF does not have");
+      return 0;
   }
 }
 
@@ -48,8 +49,9 @@ DracoMesh decode_draco(std::string_view bytes, const nlohmann::json& attributes)
     GltfNumbers numbers;
     numbers.count = mesh->num_points();
     numbers.components = static_cast<std::uint64_t>(from->num_components());
-    numbers.type = stored_as(from->data_type());
-    numbers.step = numbers.components * bytes_of(numbers.type);
+    if (!numbers.set_type(type_of(from->data_type())))
+      throw InputError("an attribute is of a type that glTF does not have");
+    numbers.step = numbers.components * numbers.bytes;
     std::string values(numbers.count * numbers.step, '\0');
     for (draco::PointIndex point(0); point < mesh->num_points(); ++point) {
       const auto value = from->mapped_index(point);

@@ -7,13 +7,13 @@
 #include <array>
 #include <cctype>
 #include <cmath>
+#include <cstring>
 #include <fstream>
 #include <limits>
 #include <set>
 
 #include "host/common/error.hpp"
 #include "host/scene/gltf_motion.hpp"
-#include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
@@ -22,20 +22,8 @@ namespace {
 using nlohmann::json;
 namespace fs = std::filesystem;
 
-constexpr std::uint64_t most_bytes = std::uint64_t{1}
-                                     << 40;  // sums of such numbers do not overflow
-
-std::string bytes_of_file(const fs::path& file, const std::string& what) {
-  std::error_code error;
-  const auto size = fs::is_regular_file(file, error) ? fs::file_size(file, error) : 0;
-  std::ifstream stream(file, std::ios::binary);
-  if (error || !stream || size > most_picture_bytes)
-    throw InputError(what + " cannot be read: put it where the glTF file says, of 2 GiB at most");
-  std::string bytes(size, '\0');
-  stream.read(bytes.data(), static_cast<std::streamsize>(size));
-  bytes.resize(static_cast<std::size_t>(stream.gcount()));
-  return bytes;
-}
+// Sums of numbers up to this do not overflow
+constexpr std::uint64_t most_bytes = std::uint64_t{1} << 40;
 
 std::string base64_decoded(std::string_view text) {
   constexpr std::string_view digits =
@@ -74,33 +62,26 @@ std::string without_escapes(std::string_view uri) {
   return text;
 }
 
-/// Text whose bytes that are no UTF-8 are replaced.
-std::string as_utf8(const std::string& text) {
+/// Text whose bytes that are no UTF-8 are replaced: exporters write names in any encoding.
+std::string as_utf8(std::string_view text) {
   const auto quoted = json(text).dump(-1, ' ', false, json::error_handler_t::replace);
   return json::parse(quoted).get<std::string>();
 }
 
 /// throws  InputError with the line of what is no JSON
-json parsed(const std::string& text) {
-  std::string repaired;  // exporters write names in any encoding
-  for (const std::string* tried : {&text, static_cast<const std::string*>(&repaired)}) {
-    try {
-      return json::parse(*tried);
-    } catch (const json::parse_error& error) {
-      if (tried == &text) {
-        repaired = as_utf8(text);
-        continue;
-      }
-      const auto end =
-          repaired.begin() + static_cast<std::ptrdiff_t>(std::min(error.byte, repaired.size()));
-      throw InputError("its JSON is damaged in line " +
-                       std::to_string(1 + std::count(repaired.begin(), end, '\n')) +
-                       "; export the file again");
-    } catch (const json::exception&) {
-      throw InputError("its JSON has a number that is too large; export the file again");
-    }
+json parsed(std::string_view text) {
+  if (auto root = json::parse(text, nullptr, false); !root.is_discarded()) return root;
+  const auto repaired = as_utf8(text);
+  try {
+    return json::parse(repaired);
+  } catch (const json::parse_error& error) {
+    const auto before = repaired.substr(0, error.byte);
+    throw InputError("its JSON is damaged in line " +
+                     std::to_string(1 + std::count(before.begin(), before.end(), '\n')) +
+                     "; export the file again");
+  } catch (const json::exception&) {
+    throw InputError("its JSON has a number that is too large; export the file again");
   }
-  return {};
 }
 
 template <class T>
@@ -108,32 +89,10 @@ double value_at(const char* at, bool is_share) {
   T value;
   std::memcpy(&value, at, sizeof value);
   const double number = value;
-  if constexpr (std::is_integral_v<T>)
-    if (is_share) return std::max(-1.0, number / std::numeric_limits<T>::max());
-  return number;
+  return is_share && std::is_integral_v<T>
+             ? std::max(-1.0, number / static_cast<double>(std::numeric_limits<T>::max()))
+             : number;
 }
-
-double value_of(Stored type, const char* at, bool is_share) {
-  switch (type) {
-    case Stored::i8:
-      return value_at<std::int8_t>(at, is_share);
-    case Stored::u8:
-      return value_at<std::uint8_t>(at, is_share);
-    case Stored::i16:
-      return value_at<std::int16_t>(at, is_share);
-    case Stored::u16:
-      return value_at<std::uint16_t>(at, is_share);
-    case Stored::u32:
-      return value_at<std::uint32_t>(at, is_share);
-    case Stored::f32:
-      return value_at<float>(at, is_share);
-  }
-  return 0;
-}
-
-}  // namespace
-
-namespace {
 
 /// throws  InputError where a value is there, and of no type that is wanted
 bool is_there(const json& value, bool is_sound, const char* wanted) {
@@ -168,8 +127,10 @@ double number_or(const json& value, double otherwise) {
 }
 
 std::uint64_t count_or(const json& value, std::uint64_t otherwise) {
-  return is_there(value, value.is_number_unsigned(), "a whole number") ? value.get<std::uint64_t>()
-                                                                       : otherwise;
+  const double number = value.is_number_float() ? value.get<double>() : -1;  // 1.0 is whole, too
+  const bool is_whole =
+      value.is_number_unsigned() || (number >= 0 && number < 1e15 && number == std::floor(number));
+  return is_there(value, is_whole, "a whole number") ? value.get<std::uint64_t>() : otherwise;
 }
 
 std::string text_or(const json& value, const std::string& otherwise) {
@@ -208,19 +169,22 @@ void add_note(std::vector<std::string>& notes, const std::string& note) {
     notes.push_back(note.substr(0, longest_text));
 }
 
-std::size_t bytes_of(Stored type) {
-  switch (type) {
-    case Stored::i8:
-    case Stored::u8:
-      return 1;
-    case Stored::i16:
-    case Stored::u16:
-      return 2;
-    case Stored::u32:
-    case Stored::f32:
-      return 4;
-  }
-  return 0;
+bool GltfNumbers::set_type(std::uint64_t component_type) {
+  struct Kind {
+    std::uint64_t type, bytes;
+    double (*read)(const char*, bool);
+  };
+  constexpr std::array<Kind, 6> kinds{{{5120, 1, value_at<std::int8_t>},
+                                       {5121, 1, value_at<std::uint8_t>},
+                                       {5122, 2, value_at<std::int16_t>},
+                                       {5123, 2, value_at<std::uint16_t>},
+                                       {5125, 4, value_at<std::uint32_t>},
+                                       {floats, 4, value_at<float>}}};
+  const auto found = std::find_if(kinds.begin(), kinds.end(),
+                                  [&](const Kind& kind) { return kind.type == component_type; });
+  if (found == kinds.end()) return false;
+  type = found->type, bytes = found->bytes, read = found->read;
+  return true;
 }
 
 double GltfNumbers::at(std::uint64_t element, std::uint64_t component) const {
@@ -230,7 +194,7 @@ double GltfNumbers::at(std::uint64_t element, std::uint64_t component) const {
                                         [](const auto& one, auto i) { return one.first < i; });
     if (found != changed.end() && found->first == element) from = found->second;
   }
-  return from ? value_of(type, from + component * bytes_of(type), is_share) : 0;
+  return from ? read(from + component * bytes, is_share) : 0;
 }
 
 std::unique_ptr<GltfFile> GltfFile::open(const fs::path& file) {
@@ -240,7 +204,8 @@ std::unique_ptr<GltfFile> GltfFile::open(const fs::path& file) {
   const bool is_binary = std::string_view(magic.data(), magic.size()) == "glTF";
   if (!is_binary && kind != ".gltf" && kind != ".glb") return nullptr;
   std::unique_ptr<GltfFile> gltf(new GltfFile(file));
-  auto& content = gltf->content_ = bytes_of_file(file, "the file");
+  gltf->files_.push_back(std::make_unique<MappedFile>(file));
+  const auto content = gltf->files_.back()->bytes();
   if (is_binary) {
     const auto word = [&](std::size_t at) {
       std::uint32_t value = 0;
@@ -251,13 +216,12 @@ std::unique_ptr<GltfFile> GltfFile::open(const fs::path& file) {
     constexpr std::size_t text = 0x4e4f534a, binary = 0x004e4942;
     for (std::size_t at = 12; at + 8 <= content.size(); at += 8 + word(at)) {
       if (word(at) > content.size() - at - 8) throw InputError("the file ends too soon");
-      const auto chunk = std::string_view(content).substr(at + 8, word(at));
-      if (word(at + 4) == text && gltf->root_.is_null()) gltf->root_ = parsed(std::string(chunk));
+      const auto chunk = content.substr(at + 8, word(at));
+      if (word(at + 4) == text && gltf->root_.is_null()) gltf->root_ = parsed(chunk);
       if (word(at + 4) == binary && !gltf->binary_.data()) gltf->binary_ = chunk;
     }
   } else {
     gltf->root_ = parsed(content);
-    std::string().swap(content);
   }
   const auto& asset = member(gltf->root_, "asset");
   const auto& stated = member(asset, "version");
@@ -282,19 +246,19 @@ void GltfFile::check_extensions() {
       "KHR_materials_ior",          "KHR_materials_pbrSpecularGlossiness",
       "KHR_materials_transmission", "KHR_materials_unlit",
       "KHR_mesh_quantization",      "KHR_node_visibility",
-      "KHR_texture_transform",      "KHR_xmp_json_ld"};  // says nothing of looks
+      "KHR_texture_transform",      "KHR_xmp_json_ld"};       // says nothing of looks
+  constexpr const char* variants = "KHR_materials_variants";  // the first of them is shown
   const auto is_read = [&](const std::string& name) {
     return std::find(read.begin(), read.end(), name) != read.end();
   };
   for (const auto& value : member(root_, "extensionsRequired"))
-    if (const auto name = text_or(value, "?"); !is_read(name))
+    if (const auto name = text_or(value, "?"); !is_read(name) && name != variants)
       throw InputError("it requires the extension " + name.substr(0, 100) +
                        ", which raywave does not read; export the file without it");
   for (const auto& value : member(root_, "extensionsUsed")) {
     const auto name = text_or(value, "?");
     // Each material says which it has
-    const bool is_of_materials =
-        name.starts_with("KHR_materials_") && name != "KHR_materials_variants";
+    const bool is_of_materials = name.starts_with("KHR_materials_") && name != variants;
     if (!is_read(name) && !is_of_materials)
       add_note(notes_, "the extension " + name + " is ignored");
   }
@@ -308,24 +272,13 @@ GltfNumbers GltfFile::numbers(const json& index, const std::string& kind, const 
   if (text_or(member(accessor, "type"), "") != kind || made.count == 0)
     throw InputError(what + " are no list of " + kind);
   if (made.count > most) throw InputError("more than " + std::to_string(most) + " " + what);
-  made.components = kind == "SCALAR" ? 1
-                    : kind == "VEC2" ? 2
-                    : kind == "VEC3" ? 3
-                    : kind == "VEC4" ? 4
-                                     : 16;
-  const auto type_of = [&](const json& where) {
-    const auto type = static_cast<Stored>(
-        std::min<std::uint64_t>(count_or(member(where, "componentType"), 0), 9999));
-    if (bytes_of(type) == 0)
-      throw InputError(what + " are of a type that glTF does not have there");
-    return type;
-  };
-  made.type = type_of(accessor);
+  made.components = kind == "SCALAR" ? 1 : kind == "MAT4" ? 16 : kind[3] - '0';
   made.is_share = !whole || member(accessor, "normalized") == json(true);
-  if (made.type == Stored::u32 && made.is_share)
+  if (!made.set_type(count_or(member(accessor, "componentType"), 0)) ||
+      (made.type == 5125 && made.is_share))
     throw InputError(what + " are of a type that glTF does not have there");
-  const auto each = made.components * bytes_of(made.type);
-  if (kind == "MAT4" && made.type != Stored::f32) throw InputError(what + " are no floats");
+  const auto each = made.components * made.bytes;
+  if (kind == "MAT4" && made.type != GltfNumbers::floats) throw InputError(what + " are no floats");
   const auto& sparse = member(accessor, "sparse");
   if (!member(accessor, "bufferView").is_null() || sparse.is_null())
     made.first = elements(accessor, made.count, each, made.step, what);
@@ -336,8 +289,9 @@ GltfNumbers GltfFile::numbers(const json& index, const std::string& kind, const 
   if (changed == 0 || changed > made.count)
     throw InputError("a sparse part of " + what + " has no count that fits");
   GltfNumbers places;
-  places.type = type_of(indices);
-  places.first = elements(indices, changed, bytes_of(places.type), places.step, what);
+  if (!places.set_type(count_or(member(indices, "componentType"), 0)))
+    throw InputError("a sparse part of " + what + " has no numbers of elements");
+  places.first = elements(indices, changed, places.bytes, places.step, what);
   std::uint64_t step = 0;
   const char* values = elements(member(sparse, "values"), changed, each, step, what);
   for (std::uint64_t i = 0; i < changed; ++i) {
@@ -420,12 +374,15 @@ std::string_view GltfFile::buffer(std::uint64_t index, const std::string& what) 
   if (uri.empty() && index == 0 && binary_.data()) return binary_;
   if (uri.empty()) throw InputError(what + " are in a buffer that is not there");
   auto found = resource(uri);
-  if (found.is_file)
-    found.bytes =
-        bytes_of_file(file_.parent_path() / found.name, "its buffer " + found.name.substr(0, 100));
-  else
+  if (!found.is_file) {
     root_["buffers"][index]["uri"] = nullptr;  // its memory is wanted
-  return buffers_.emplace(index, std::move(found.bytes)).first->second;
+    return buffers_.emplace(index, decoded_.emplace_back(std::move(found.bytes))).first->second;
+  }
+  if (!found.is_there)
+    throw InputError("its buffer " + found.name.substr(0, 100) +
+                     " cannot be read: put it where the glTF file says");
+  files_.push_back(std::make_unique<MappedFile>(file_.parent_path() / found.name));
+  return buffers_.emplace(index, files_.back()->bytes()).first->second;
 }
 
 GltfResource GltfFile::resource(const std::string& uri) const {
@@ -434,7 +391,7 @@ GltfResource GltfFile::resource(const std::string& uri) const {
     if (comma == std::string::npos) throw InputError("a data URI has no data");
     const bool is_base64 = std::string_view(uri).substr(0, comma).ends_with(";base64");
     const auto data = std::string_view(uri).substr(comma + 1);
-    return {"", is_base64 ? base64_decoded(data) : without_escapes(data), false};
+    return {"", is_base64 ? base64_decoded(data) : without_escapes(data), false, true};
   }
   // Names that were never escaped, or have the signs of a query, are common
   const auto plain = without_escapes(uri);
@@ -442,9 +399,9 @@ GltfResource GltfFile::resource(const std::string& uri) const {
     std::error_code error;
     if (name.find('\0') == std::string::npos &&
         fs::is_regular_file(file_.parent_path() / name, error))
-      return {name, "", true};
+      return {name, "", true, true};
   }
-  return {plain.substr(0, plain.find('\0')), "", true};
+  return {plain.substr(0, plain.find('\0')), "", true, false};
 }
 
 GltfNode gltf_place_of(const json& node) {
@@ -486,14 +443,14 @@ std::vector<json> GltfFile::top_nodes() const {
   return top;
 }
 
-bool GltfFile::for_each_node(const Visit& visit) const {
+std::string GltfFile::for_each_node(const Visit& visit) const {
   struct Pending {
     json index;
     std::int32_t parent;
     glm::dmat4 world_from_parent;
     bool is_shown;
   };
-  bool is_tree = true;
+  std::string fault;
   std::set<std::uint64_t> seen;
   std::vector<Pending> pending;
   for (const auto& index : top_nodes()) pending.push_back({index, -1, glm::dmat4(1), true});
@@ -503,7 +460,9 @@ bool GltfFile::for_each_node(const Visit& visit) const {
     pending.pop_back();
     const auto& node = of("nodes", next.index);
     if (!node.is_object() || !seen.insert(next.index.get<std::uint64_t>()).second) {
-      is_tree = false;
+      fault = "node " + next.index.dump().substr(0, 20) +
+              (node.is_object() ? " is in several places; give each a node of its own"
+                                : " is not there");
       continue;
     }
     const auto pose = next.world_from_parent * matrix_of(gltf_place_of(node));
@@ -518,7 +477,7 @@ bool GltfFile::for_each_node(const Visit& visit) const {
       pending.push_back({*child, visited, pose, is_shown});
     ++visited;
   }
-  return is_tree;
+  return fault;
 }
 
 }  // namespace raywave

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <cstdint>
-#include <cstring>
+#include <deque>
 #include <filesystem>
 #include <functional>
 #include <glm/mat4x4.hpp>
@@ -17,6 +17,7 @@
 #include <vector>
 
 #include "host/scene/read_data.hpp"
+#include "host/scene/reader/mesh_text.hpp"
 
 namespace raywave {
 
@@ -39,22 +40,23 @@ glm::dvec3 vector_or(const nlohmann::json& value, glm::dvec3 otherwise);
 /// Adds a note that is not there yet, up to the number that replies may hold.
 void add_note(std::vector<std::string>& notes, const std::string& note);
 
-/// How a component is stored: glTF's componentType.
-enum class Stored : int { i8 = 5120, u8 = 5121, i16 = 5122, u16 = 5123, u32 = 5125, f32 = 5126 };
-/// Bytes of a component; 0 where glTF has no such type.
-std::size_t bytes_of(Stored type);
-
 /// The elements of an accessor where they lie, which is the file's memory or a decoder's. Elements
 /// of a sparse part replace others; elements that are nowhere are zero.
 struct GltfNumbers {
+  static constexpr std::uint64_t floats = 5126;
   std::uint64_t count = 0;
   std::uint64_t components = 1;
-  Stored type = Stored::f32;
-  bool is_share = false;  // whole numbers stand for 0 to 1, or -1 to 1
+  std::uint64_t type = floats;  // glTF's componentType
+  std::uint64_t bytes = 4;      // of a component
+  bool is_share = false;        // whole numbers stand for 0 to 1, or -1 to 1
   const char* first = nullptr;
   std::uint64_t step = 0;                                        // bytes between elements
   std::vector<std::pair<std::uint64_t, const char*>> changed{};  // by their numbers, ascending
 
+  double (*read)(const char* at, bool is_share) = nullptr;
+
+  /// returns  false where glTF has no such type
+  bool set_type(std::uint64_t component_type);
   double at(std::uint64_t element, std::uint64_t component) const;
   glm::dvec3 vector_at(std::uint64_t i) const { return {at(i, 0), at(i, 1), at(i, 2)}; }
 };
@@ -63,7 +65,7 @@ struct GltfNumbers {
 struct GltfResource {
   std::string name;   // of the file, as its folder has it where it is there
   std::string bytes;  // of a data URI
-  bool is_file = true;
+  bool is_file = true, is_there = true;
 };
 
 class GltfFile {
@@ -103,11 +105,11 @@ public:
   ///
   /// visit    node, its number in the file, how many were visited before its parent (-1: none), its
   ///          pose, and whether it is shown (KHR_node_visibility)
-  /// returns  false where a node is in several places, or below itself
+  /// returns  what is wrong where a node is in several places or missing; else nothing
   /// throws   InputError when a node is nowhere
   using Visit = std::function<void(const nlohmann::json& node, std::int32_t number,
                                    std::int32_t parent, const glm::dmat4& pose, bool is_shown)>;
-  bool for_each_node(const Visit& visit) const;
+  std::string for_each_node(const Visit& visit) const;
 
 private:
   explicit GltfFile(std::filesystem::path file) : file_(std::move(file)) {}
@@ -120,9 +122,11 @@ private:
 
   std::filesystem::path file_;
   nlohmann::json root_;
-  std::string content_;      // of a GLB
-  std::string_view binary_;  // its second chunk
-  std::map<std::uint64_t, std::string> buffers_, decompressed_;
+  std::string_view binary_;  // a GLB's second chunk
+  std::vector<std::unique_ptr<MappedFile>> files_;
+  std::deque<std::string> decoded_;  // bytes of data URIs
+  std::map<std::uint64_t, std::string_view> buffers_;
+  std::map<std::uint64_t, std::string> decompressed_;
   std::vector<std::string> notes_;
 };
 

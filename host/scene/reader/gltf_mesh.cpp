@@ -40,7 +40,8 @@ GltfPrimitive::GltfPrimitive(GltfFile& gltf, const json& node, const json& primi
 }
 
 void GltfPrimitive::fail(const std::string& why) const {
-  throw InputError(why + "; export the file again" +
+  const std::string remedy = "; export the file again";
+  throw InputError((why.ends_with(remedy) ? why : why + remedy) +
                    (deforms_ ? ", or without the skin or the morph targets" : ""));
 }
 
@@ -88,7 +89,7 @@ std::vector<std::uint32_t> GltfPrimitive::corners() const {
     std::iota(listed.begin(), listed.end(), 0);
   } else {
     const auto all = numbers(indices, "SCALAR", "indices");
-    if (all.type == Stored::f32) fail(what("indices are no whole numbers"));
+    if (all.type == GltfNumbers::floats) fail(what("indices are no whole numbers"));
     listed.reserve(all.count);
     for (std::uint64_t i = 0; i < all.count; ++i)
       listed.push_back(static_cast<std::uint32_t>(std::max(0.0, all.at(i, 0))));
@@ -129,14 +130,12 @@ public:
     if (const auto scenes = member(gltf_.root(), "scenes").size(); scenes > 1)
       note("of " + std::to_string(scenes) + " scenes only the file's default is shown");
     std::vector<std::pair<const json*, std::int32_t>> shown;
-    const bool is_tree =
-        gltf_.for_each_node([&](const json& node, std::int32_t number, std::int32_t,
-                                const glm::dmat4& pose, bool is_shown) {
-          poses_.emplace(number, pose);
-          if (is_shown && !member(node, "mesh").is_null()) shown.emplace_back(&node, number);
-        });
-    if (!is_tree)
-      throw InputError("a node is in several places, or not there; export the file again");
+    const auto fault = gltf_.for_each_node([&](const json& node, std::int32_t number, std::int32_t,
+                                               const glm::dmat4& pose, bool is_shown) {
+      poses_.emplace(number, pose);
+      if (is_shown && !member(node, "mesh").is_null()) shown.emplace_back(&node, number);
+    });
+    if (!fault.empty()) throw InputError(fault + "; export the file again");
     for (const auto& [node, number] : shown) add_node(*node, number);
     if (mesh_.materials.empty()) mesh_.triangle_material.clear();
     return std::move(mesh_);
@@ -328,7 +327,7 @@ private:
         gltf_.of("accessors", member(member(from.object(), "attributes"), "COLOR_0"));
     const bool has_alpha = text_or(member(accessor, "type"), "") == "VEC4";
     const auto colours = from.attribute("COLOR_0", has_alpha ? "VEC4" : "VEC3", false);
-    if (colours.type != Stored::f32 && member(accessor, "normalized") != json(true))
+    if (colours.type != GltfNumbers::floats && member(accessor, "normalized") != json(true))
       note(
           from.what("COLOR_0 is of whole numbers that are not normalized: the largest is taken "
                     "as 1"));

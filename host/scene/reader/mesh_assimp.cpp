@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <assimp/DefaultIOStream.h>
-#include <assimp/DefaultIOSystem.h>
 #include <assimp/config.h>
 #include <assimp/mesh.h>
 #include <assimp/postprocess.h>
@@ -10,12 +8,11 @@
 #include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
-#include <cstdio>
+#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <stdexcept>
 #include <string_view>
 #include <utility>
 #include <vector>
@@ -23,6 +20,8 @@
 #include "host/common/error.hpp"
 #include "host/scene/mesh.hpp"
 #include "host/scene/reader/materials_assimp.hpp"
+#include "host/scene/reader/mesh_polygon.hpp"
+#include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
@@ -55,6 +54,8 @@ void note_once(Mesh& mesh, const char* what) {
     mesh.notes.emplace_back(what);
 }
 
+std::string name_of(const aiMesh& mesh) { return '"' + std::string(mesh.mName.C_Str()) + '"'; }
+
 /// Appends one part of the file. `raw` keeps a normal of zero where the file has none.
 void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReader& materials,
             Mesh& raw) {
@@ -86,22 +87,65 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
     if (part.HasVertexColors(0)) raw.colours.push_back(colour_of(part.mColors[0][i]));
   }
   if (!raw.colours.empty()) raw.colours.resize(raw.positions.size(), glm::vec4(1));
+  std::vector<glm::dvec3> corners;
+  std::vector<glm::uvec3> triangles;
   for (unsigned i = 0; i < part.mNumFaces; ++i) {
     const aiFace& face = part.mFaces[i];
-    if (face.mNumIndices != 3) continue;  // points and lines
-    std::array<unsigned, 3> corner{face.mIndices[0], face.mIndices[1], face.mIndices[2]};
-    if (*std::max_element(corner.begin(), corner.end()) >= part.mNumVertices)
-      throw InputError("face " + std::to_string(i) + " names a vertex that is not there");
-    if (orientation < 0) std::swap(corner[1], corner[2]);  // a mirror turns triangles inside out
-    raw.triangles.emplace_back(first + corner[0], first + corner[1], first + corner[2]);
-    raw.triangle_material.push_back(material);
+    if (face.mNumIndices < 3) continue;  // points and lines
+    const auto where = [&] { return "mesh " + name_of(part) + ": face " + std::to_string(i); };
+    corners.clear();
+    for (unsigned k = 0; k < face.mNumIndices; ++k) {
+      if (face.mIndices[k] >= part.mNumVertices)
+        throw InputError(where() + " names a vertex that is not there");
+      corners.push_back(raw.positions[first + face.mIndices[k]]);
+    }
+    const auto cut = cut_polygon(corners, triangles);
+    if (cut == Cut::crossing)
+      throw InputError(where() + ": its outline crosses itself; triangulate it in the program " +
+                       "that made it");
+    if (cut == Cut::twisted)
+      note_once(raw, "twisted faces of four corners are cut along the shorter diagonal");
+    for (auto t : triangles) {
+      if (orientation < 0) std::swap(t.y, t.z);  // a mirror turns triangles inside out
+      raw.triangles.emplace_back(first + face.mIndices[t.x], first + face.mIndices[t.y],
+                                 first + face.mIndices[t.z]);
+      raw.triangle_material.push_back(material);
+    }
   }
+}
+
+/// The length of the file's unit in metres; 0: it gives none. Takes out what Assimp makes of it:
+/// Collada's scales the root, FBX's nothing.
+double take_unit(aiScene& scene, const std::filesystem::path& file) {
+  float scale = 0;
+  if (lower(file.extension().string()) != ".dae") {
+    double centimetres = 0;
+    if (!scene.mMetaData) return 0;
+    if (scene.mMetaData->Get("UnitScaleFactor", scale)) return scale / 100;
+    return scene.mMetaData->Get("UnitScaleFactor", centimetres) ? centimetres / 100 : 0;
+  }
+  std::string head(65536, '\0');
+  std::ifstream(file, std::ios::binary).read(head.data(), std::ssize(head));
+  const auto start = std::min(head.find("<unit"), head.size());
+  const auto tag = head.substr(start, head.find('>', start) - start);
+  const auto quote = tag.find_first_of("\"'", std::min(tag.find("meter"), tag.size()));
+  double unit = 0;
+  if (quote == tag.npos ||
+      !is_number(tag.substr(quote + 1, tag.find(tag[quote], quote + 1) - quote - 1), unit))
+    return 0;
+  auto& root = scene.mRootNode->mTransformation;
+  if (std::abs(root.a1 - unit) < 1e-6 * unit) root = aiMatrix4x4();
+  return unit;
 }
 
 /// Merges all parts as the file places them. Without recursion, for a file may nest its nodes to
 /// any depth.
-Mesh flatten(const aiScene& scene) {
+Mesh flatten(aiScene& scene, const std::filesystem::path& file) {
   Mesh raw;
+  if (const double unit = take_unit(scene, file); unit > 0 && unit != 1)
+    raw.notes.push_back("its unit of " + digits_of(unit) + " m is not applied, and its numbers " +
+                        "are taken as metres; unit = \"" + digits_of(unit) +
+                        " m\" gives it its own size");
   MaterialReader materials(scene, raw);
   if (scene.mNumAnimations > 0) raw.notes.emplace_back("animations are ignored");
   std::vector<std::pair<const aiNode*, glm::dmat4>> pending{{scene.mRootNode, glm::dmat4(1)}};
@@ -169,31 +213,7 @@ void keep_surfaces(aiScene& scene) {
   }
 }
 
-/// A file that throws at its end: Assimp's PLY reader reads for ever when the end of the header or
-/// of the data is missing.
-class EndingStream : public Assimp::DefaultIOStream {
-public:
-  EndingStream(std::FILE* file, const char* name) : DefaultIOStream(file, name) {}
-  std::size_t Read(void* buffer, std::size_t size, std::size_t count) override {
-    const std::size_t done = DefaultIOStream::Read(buffer, size, count);
-    if (done == 0 && ++empty_reads_ > 1000) throw std::runtime_error("the file ends too soon");
-    return done;
-  }
-
-private:
-  int empty_reads_ = 0;
-};
-
-class EndingFiles : public Assimp::DefaultIOSystem {
-public:
-  Assimp::IOStream* Open(const char* name, const char* mode) override {
-    std::FILE* file = std::fopen(name, mode);
-    return file ? new EndingStream(file, name) : nullptr;  // Close deletes it
-  }
-};
-
 void prepare(Assimp::Importer& importer) {
-  importer.SetIOHandler(new EndingFiles);  // which the importer deletes
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UP_DIRECTION, true);
 #ifdef AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE
   importer.SetPropertyBool(AI_CONFIG_IMPORT_COLLADA_IGNORE_UNIT_SIZE, true);
@@ -208,24 +228,27 @@ void prepare(Assimp::Importer& importer) {
 Mesh read_mesh(const std::filesystem::path& file) {
   // Not aiProcess_JoinIdenticalVertices: it merges what lies within 1e-5 units, which eats a mesh
   // of micrometres.
-  constexpr unsigned steps = aiProcess_ValidateDataStructure | aiProcess_Triangulate;
+  constexpr unsigned steps = aiProcess_ValidateDataStructure;
+  const auto refuse = [](const std::string& why) {
+    throw InputError("Assimp cannot read it: " + why + "; export it as glTF, OBJ or PLY");
+  };
   Assimp::Importer importer;
   prepare(importer);
-  if (const auto* scene = importer.ReadFile(file.string(), steps); scene && scene->mRootNode)
-    return flatten(*scene);
+  if (importer.ReadFile(file.string(), steps) && importer.GetScene()->mRootNode)
+    return flatten(*const_cast<aiScene*>(importer.GetScene()), file);
 
-  // Once more without what is no surface, such as empty solids or a camera without a place; by an
-  // importer of its own, since some readers keep what the first has left
+  // Once more without what is no surface, such as a camera without a place; by an importer of its
+  // own, since some readers keep what the first has left
   const std::string why = importer.GetErrorString();
-  if (why.find("Validation failed") == std::string::npos) throw InputError(why);
+  if (why.find("Validation failed") == std::string::npos) refuse(why);
   Assimp::Importer again;
   prepare(again);
-  if (!again.ReadFile(file.string(), 0) || !again.GetScene()->mRootNode) throw InputError(why);
-  keep_surfaces(*const_cast<aiScene*>(again.GetScene()));
-  if (again.GetScene()->mNumMeshes == 0) throw InputError("holds no triangle");
-  const auto* scene = again.ApplyPostProcessing(steps);
-  if (!scene || !scene->mRootNode) throw InputError(again.GetErrorString());
-  return flatten(*scene);
+  if (!again.ReadFile(file.string(), 0) || !again.GetScene()->mRootNode) refuse(why);
+  auto& scene = *const_cast<aiScene*>(again.GetScene());
+  keep_surfaces(scene);
+  if (scene.mNumMeshes == 0) throw InputError("holds no triangle");
+  if (!again.ApplyPostProcessing(steps) || !scene.mRootNode) refuse(again.GetErrorString());
+  return flatten(scene, file);
 }
 
 }  // namespace raywave

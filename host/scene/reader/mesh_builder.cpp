@@ -71,9 +71,12 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> corners, std::int32_t 
   if (corners.size() == 3) return add(corners[0], corners[1], corners[2]);
   corners_.clear();
   for (const auto corner : corners) corners_.push_back(mesh.positions[corner]);
-  if (!cut_polygon(corners_, triangles_))
+  const auto cut = cut_polygon(corners_, triangles_);
+  if (cut == Cut::crossing)
     throw InputError(where() + ": the outline of a face of " + std::to_string(corners.size()) +
                      " corners crosses itself; triangulate it in the program that made it");
+  if (cut == Cut::twisted)
+    notes.add("a twisted face of four corners is cut along its shorter diagonal", where());
   for (const auto& t : triangles_) add(corners[t.x], corners[t.y], corners[t.z]);
 }
 

@@ -222,16 +222,18 @@ private:
     }
   }
 
-  /// Colours behind positions: r g b, r g b a, or w r g b.
+  /// Colours behind positions: r g b, r g b a, or w r g b. A red of 1 everywhere is w where what
+  /// would be alpha differs, or is 0, or others reach 255.
   void set_colours() {
-    bool has_fourth = true, is_weight = true, is_alpha = true;
+    bool is_weight = true, is_alpha = brightest_of(colours_) == 1;
+    double last = NAN;
     for (const auto& c : colours_) {
-      if (std::isnan(c.w)) has_fourth = has_fourth && c.x == 1 && c.y == 1 && c.z == 1;
       if (std::isnan(c.w)) continue;
       is_weight = is_weight && c.x == 1;
-      is_alpha = is_alpha && c.w == colours_.back().w;
+      is_alpha = is_alpha && c.w != 0 && (std::isnan(last) || c.w == last);
+      last = c.w;
     }
-    if (has_fourth && is_weight && !is_alpha)
+    if (is_weight && !is_alpha)
       for (auto& c : colours_) c = std::isnan(c.w) ? c : glm::vec4(c.y, c.z, c.w, NAN);
     const float scale = brightest_of(colours_);
     colours_.resize(std::max(colours_.size(), positions_.size()), glm::vec4(scale));

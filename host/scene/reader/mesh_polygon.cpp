@@ -45,13 +45,28 @@ bool are_in_line(std::span<const glm::dvec3> points) {
   });
 }
 
+/// What is no outline in its best plane.
+///
+/// places  from the first on, about 1 in size
+Cut cut_twisted(std::span<const glm::dvec3> places, std::span<const glm::uint> number,
+                std::vector<glm::uvec3>& triangles) {
+  triangles.clear();
+  if (places.size() != 4) return Cut::crossing;
+  const auto &p = places[1], &q = places[2], &r = places[3];
+  if (!(std::abs(glm::dot(glm::cross(p, q), r)) > 1e-5)) return Cut::crossing;
+  const std::size_t first = glm::length(q) <= glm::length(r - p) ? 0 : 1;
+  for (const std::size_t i : {1, 2})
+    triangles.emplace_back(number[first], number[first + i], number[(first + i + 1) % 4]);
+  return Cut::twisted;
+}
+
 }  // namespace
 
-bool cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles) {
+Cut cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles) {
   triangles.clear();
   if (corners.size() == 3) {
     triangles.emplace_back(0, 1, 2);
-    return true;
+    return Cut::whole;
   }
   // From the first corner on, and about 1 in size: what is small and far away keeps its shape
   std::vector<glm::dvec3> places;
@@ -65,13 +80,14 @@ bool cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& t
   }
   while (places.size() > 1 && places.back() == places.front()) places.pop_back();
   const auto n = places.size();
-  if (n < 3) return true;
+  if (n < 3) return Cut::whole;
   for (auto& p : places) p /= size;
 
   glm::dvec3 normal(0);  // Newell's: as long as twice the area
   for (std::size_t i = 0; i < n; ++i) normal += glm::cross(places[i], places[(i + 1) % n]);
   const double twice = glm::length(normal);
-  if (!(twice > 1e-12)) return are_in_line(places);
+  if (!(twice > 1e-12))
+    return are_in_line(places) ? Cut::whole : cut_twisted(places, number, triangles);
   const glm::dvec3 up = normal / twice, u = glm::normalize(glm::cross(axis_across(up), up)),
                    v = glm::cross(up, u);
   std::vector<glm::dvec2> outline;
@@ -80,13 +96,14 @@ bool cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& t
   bool is_cut = false;
   for (std::size_t first = 0; first < (n == 4 ? n : 1) && !is_cut; ++first)
     is_cut = cut_as_fan(outline, first, twice, triangles);
-  if (!is_cut && !cut_outline(outline, triangles)) return false;
+  if (!is_cut && !cut_outline(outline, triangles)) return cut_twisted(places, number, triangles);
   double covered = 0;
   for (auto& t : triangles) {
     covered += std::abs(twice_area(outline[t.x], outline[t.y], outline[t.z]));
     t = {number[t.x], number[t.y], number[t.z]};
   }
-  return std::abs(covered - twice) <= 1e-6 * twice;
+  if (std::abs(covered - twice) <= 1e-6 * twice) return Cut::whole;
+  return cut_twisted(places, number, triangles);
 }
 
 }  // namespace raywave

@@ -9,13 +9,16 @@
 
 namespace raywave {
 
+enum class Cut { whole, twisted, crossing };
+
 /// Cuts a polygon into triangles that cover as much of its best plane as its outline encloses
 /// there, to 1e-6. Corners may repeat, and outlines may reach holes along an edge and back.
 ///
 /// triangles  receives the numbers of corners, turning as the polygon does; nothing of a polygon
 ///            without area
-/// returns    false where the outline crosses itself: nothing is said of such a face
-bool cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles);
+/// returns    twisted: four corners that no plane shows as an outline, cut along the shorter
+///            diagonal; crossing: the outline crosses itself, and triangles mean nothing
+Cut cut_polygon(std::span<const glm::dvec3> corners, std::vector<glm::uvec3>& triangles);
 
 /// The same in the plane, by constrained Delaunay triangulation (CGAL), of an outline that runs
 /// counter-clockwise. The area is for the caller to check.

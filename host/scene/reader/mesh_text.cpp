@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
+#include <array>
 #include <charconv>
 #include <limits>
 #include <utility>
@@ -52,6 +53,13 @@ bool is_number(std::string_view word, double& value) {
   std::string other(word);
   other[static_cast<std::size_t>(found.ptr - word.data())] = 'e';
   return is_number(other, value);
+}
+
+std::string digits_of(double value) {
+  std::array<char, 32> text{};
+  const auto end =
+      std::to_chars(text.data(), text.data() + text.size(), value, std::chars_format::general, 6);
+  return {text.data(), end.ptr};
 }
 
 std::string lower(std::string_view word) {

@@ -25,6 +25,9 @@ private:
 /// True where all of the word is a number, also with Fortran's exponent: 1d0. It may be infinite.
 bool is_number(std::string_view word, double& value);
 
+/// The number with up to 6 digits.
+std::string digits_of(double value);
+
 /// The word in lower case (ASCII).
 std::string lower(std::string_view word);
 

@@ -1,0 +1,30 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/common/text.hpp"
+
+#include <clocale>
+#include <locale>
+#include <string>
+
+#include "host/common/format.hpp"
+#include "host/common/memory_need.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/german.hpp"
+
+namespace raywave {
+
+TEST_CASE("numbers in texts are those of C, whatever locale the program has set") {
+  const auto texts = [] {
+    auto stream = text_stream();
+    stream << 1234567 << ' ' << 0.5;
+    return stream.str() + ' ' + format("%.3f %g %d", 1234.5, 1e6 + 0.5, 1000000) + ' ' +
+           format_bytes(3'000'000) + ' ' + number_text(1234.5) + ' ' + length_text(0.00192) + ' ' +
+           percent_text(0.0123) + ' ' + duration_text(1.5);
+  };
+  const auto before = texts();
+  CHECK(before.substr(0, 40) == "1234567 0.5 1234.500 1e+06 1000000 2.9 M");
+  const test::German german;
+  CHECK(format("%g", 0.5) == "0.5");
+  CHECK(texts() == before);
+}
+
+}  // namespace raywave
