@@ -1,0 +1,220 @@
+// SPDX-License-Identifier: Apache-2.0
+// What holograms show, through the headers of the shared library alone.
+#include <cmath>
+#include <cstdlib>
+#include <optional>
+
+#include "tests/api/squares.hpp"
+
+using namespace raywave;
+using namespace raywave::test;
+
+namespace {
+
+using Catch::Matchers::ContainsSubstring;
+
+double relative_error(const auto& a, const auto& b) {
+  double difference = 0, norm = 0;
+  for (std::size_t i = 0; i < b.size(); ++i) {
+    difference += std::norm(std::complex<double>(a[i]) - std::complex<double>(b[i]));
+    norm += std::norm(std::complex<double>(b[i]));
+  }
+  return std::sqrt(difference / norm);
+}
+
+}  // namespace
+
+TEST_CASE("a field that is propagated in floats agrees with the one in doubles") {
+  const int nx = 40, ny = 27;
+  FieldDouble source{nx, ny, 2, {}};
+  for (int i = 0; i < nx * ny * 2; ++i)
+    source.samples.push_back(std::polar(1 + 0.5 * std::sin(0.7 * i), 0.3 * i * i));
+  Field rounded{nx, ny, 2, {source.samples.begin(), source.samples.end()}};
+  for (std::size_t i = 0; i < source.samples.size(); ++i) source.samples[i] = rounded.samples[i];
+  const Pixels pixels{{4e-6, 5e-6}, 633e-9};
+  PropagateOptions options;
+  options.shift_m = {20e-6, -30e-6};
+  const auto exact = propagate(source, pixels, 1e-3, options);
+  for (const auto& device : list_devices()) {
+    options.on.device = device.index;
+    CHECK(relative_error(propagate(rounded, pixels, 1e-3, options).samples, exact.samples) < 1e-6);
+  }
+}
+
+TEST_CASE("a hologram shows what a lens sees, through every function of the library") {
+  const auto scene = square_scene({"hologram.resolution=[128, 96]"});
+  const auto hologram = render(scene);
+  const auto shown_field = hologram.shown();
+  CHECK(shown_field.samples == shown({hologram.nx(), hologram.ny(), 1, 8, levels_of(hologram), {}},
+                                     Slm(scene), scene.pixels())
+                                   .samples);
+  const auto again = encode(hologram.field(), Slm(scene), scene.pixels());
+  CHECK(again.bytes.size() == hologram.levels().size());
+  ViewOptions view;
+  view.z_m = 0.01;
+  const auto seen = reconstruct(hologram.field(), hologram.pixels(), view);
+  const auto sharp = lens(scene, view, 4);
+  const auto alike = compare(PictureView(sharp), seen, {.blur_px = 6});
+  CHECK(alike.psnr_db > 15);
+  const auto same = compare(hologram.field(), hologram.field());
+  CHECK(same.correlation == Catch::Approx(1));
+  CHECK(std::isinf(compare(PictureView(seen), seen).psnr_db));
+}
+
+TEST_CASE("refinement brings the pictures of an SLM's levels nearer to what a lens sees") {
+  const auto scene = square_scene({"hologram.resolution=[96, 64]"});
+  ViewOptions view;
+  view.z_m = 0.01;
+  const auto sharp = lens(scene, view, 4);
+  const auto psnr_db = [&](const FieldView& field) {
+    return compare(PictureView(sharp), reconstruct(field, scene.pixels(), view), {.blur_px = 4})
+        .psnr_db;
+  };
+  const auto hologram = render(scene);
+  const auto unrefined = psnr_db(hologram.shown());
+  RefineOptions options;
+  options.iterations = 12;
+  options.lens_points = 2;
+  const auto refined = refine(scene, options);
+  REQUIRE(refined.refined());
+  CHECK(psnr_db(refined.shown()) > unrefined + 2);
+  options.lens_points = std::nullopt;
+  const Target target{view.z_m, sharp};
+  CHECK(psnr_db(refine(hologram.field(), scene.pixels(), {&target, 1}, options)) > unrefined + 2);
+}
+
+namespace {
+
+const std::string lasers_key = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";
+
+/// A card that glows in a colour.
+Scene glowing_card(const std::vector<std::string>& overrides = {}) {
+  auto scene = parse_scene(
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n"
+      "wavelength = [\"638 nm\", \"520 nm\", \"450 nm\"]\n"
+      "[sampling]\npitch = \"20 um\"\nframes = 4\n[slm]\nencoding = \"phase\"\n"
+      "[[light]]\ntype = \"ambient\"\n"
+      "[materials.glow]\nambient = [0.8, 0.3, 0.1]\ndiffuse = 0\n"
+      "[[object]]\nwidth = \"0.12 mm\"\nposition = [0, 0, \"10 mm\"]\nmaterial = \"glow\"\n",
+      ".", overrides);
+  scene.set_mesh(0, {square, square_faces});
+  return scene;
+}
+
+/// Of the middle of the card.
+Vec3 mean_of(const Picture& picture) {
+  REQUIRE(picture.channels == 3);
+  Vec3 mean{0, 0, 0};
+  for (int y = 6; y < 26; ++y)
+    for (int x = 14; x < 34; ++x)
+      for (std::size_t c = 0; c < 3; ++c)
+        mean[c] += double{picture.pixels[static_cast<std::size_t>(48 * y + x) * 3 + c]} / 400;
+  return mean;
+}
+
+}  // namespace
+
+TEST_CASE("a scene of three lasers renders the bits of the command line, laser by laser") {
+  const Desk desk;
+  const std::vector<std::string> lasers{"638nm", "520nm", "450nm"};
+  const auto scene = load_scene(desk.file("scene.toml"), {lasers_key, "sampling.frames=2"});
+  REQUIRE(scene.wavelengths_m().size() == 3);
+  CHECK(scene.wavelengths_m()[2] == Catch::Approx(450e-9));
+  CHECK(scene.pixels().wavelength_m == 0);
+  CHECK(plan(scene).seconds() > 0);
+  CHECK_THAT(plan(scene).text(), ContainsSubstring("3 lasers in turn"));
+  for (const auto& device : list_devices()) {
+    const auto line = "'" RAYWAVE_PROGRAM "' render '" + desk.file("scene.toml") + "' -o '" +
+                      desk.file("out") + "' --quiet --set sampling.frames=2 --set '" + lasers_key +
+                      "' --device " + device.index;
+    REQUIRE(std::system(line.c_str()) == 0);
+    const auto hologram = render(scene, on(device));
+    REQUIRE(hologram.lasers() == 3);
+    CHECK(hologram.frames() == 2);
+    CHECK(hologram.levels().size() == 3 * 2 * 48 * 32);
+    std::vector<std::complex<float>> all;
+    for (int i = 0; i < 3; ++i) {
+      const auto one = hologram.laser(i);
+      const auto wanted = samples_in(desk.file("out/field_" + lasers[std::size_t(i)] + ".npy"));
+      CHECK(samples_of(one.field()) == wanted);
+      CHECK(one.pixels().wavelength_m == scene.wavelengths_m()[std::size_t(i)]);
+      CHECK(one.levels().data() == hologram.levels().data() + std::ptrdiff_t(i) * 2 * 48 * 32);
+      all.insert(all.end(), wanted.begin(), wanted.end());
+    }
+    CHECK(samples_of(hologram.field()) == all);
+    // A renderer of pictures that move, before anything has moved
+    Renderer renderer(scene, on(device));
+    std::vector<std::uint8_t> levels(hologram.levels().size());
+    std::vector<std::complex<float>> field(all.size());
+    CHECK(renderer.render({levels.data(), field.data()}) == hologram.powers());
+    CHECK(field == all);
+    CHECK(levels == levels_of(hologram));
+    CHECK(levels_of(renderer.render()) == levels);
+    renderer.set_pose(0, {0, 0, 0.01}, {0, 20, 0});
+    CHECK(levels_of(renderer.render()) != levels);
+  }
+  CHECK_THROWS_AS(render(scene).for_slm(), InputError);
+  CHECK_THROWS_AS(render(scene).laser(3), InputError);
+  CHECK_THROWS_WITH(propagate(render(scene).field(), scene.pixels(), 0.1),
+                    ContainsSubstring("wavelength:"));
+}
+
+TEST_CASE("colours that the library shows are those of the material") {
+  const auto scene = glowing_card();
+  const auto of_one = glowing_card({"colour.only=520 nm"});
+  CHECK(of_one.wavelengths_m() == std::vector{scene.wavelengths_m()[1]});
+  const auto hologram = render(scene);
+  // Levels of phases do not depend on the other lasers
+  CHECK(levels_of(hologram.laser(1)) == levels_of(render(of_one)));
+  double sum = 0;
+  for (const double power : hologram.powers()) sum += power;
+  CHECK(sum == Catch::Approx(1));
+  CHECK(render(of_one).powers() == std::vector<double>{1});
+
+  ViewOptions view;
+  view.z_m = 0.01;
+  const auto sharp = lens(scene, view, 2);
+  const auto wanted = Vec3{0.8, 0.3, 0.1};
+  for (std::size_t c = 0; c < 3; ++c)
+    CHECK(mean_of(sharp)[c] == Catch::Approx(wanted[c]).margin(1e-3));
+  const auto seen = reconstruct(hologram, view);
+  for (std::size_t c = 1; c < 3; ++c) {
+    CAPTURE(c);
+    CHECK(mean_of(seen)[c] / mean_of(seen)[0] == Catch::Approx(wanted[c] / wanted[0]).margin(0.03));
+  }
+  const auto alike = compare(PictureView(sharp), seen, {.blur_px = 4});
+  REQUIRE(alike.colours);
+  CHECK(alike.colours->mean > 0.1);
+  CHECK(compare(PictureView(sharp), sharp).colours->most == 0);
+  auto grey = sharp;
+  grey.channels = 1;
+  grey.pixels.resize(48 * 32);
+  CHECK_THROWS_WITH(compare(PictureView(sharp), grey), ContainsSubstring("channels"));
+}
+
+TEST_CASE("the SLM of a scene of three lasers is for their wavelengths, with the LUT of each") {
+  const Folder folder;
+  const auto lut = [](double end) {
+    std::string text;
+    for (int i = 0; i < 256; ++i) text += std::to_string(end * i / 255) + "\n";
+    return text;
+  };
+  folder.write("red.txt", lut(1));
+  folder.write("green.txt", lut(1.2));
+  folder.write("blue.txt", lut(1.4));
+  const auto scene =
+      parse_scene(scene_text +
+                      "[slm]\nencoding = \"phase\"\n[slm.lut]\n\"638 nm\" = \"red.txt\"\n"
+                      "\"520 nm\" = \"green.txt\"\n\"450 nm\" = \"blue.txt\"\n",
+                  folder / "", {lasers_key});
+  const std::vector<std::complex<float>> field(64, {0.3f, 0.8f});
+  const FieldView view(field.data(), 8, 8);
+  std::vector<std::vector<std::uint8_t>> levels;
+  for (const double wavelength_m : scene.wavelengths_m())
+    levels.push_back(encode(view, Slm(scene), {{4e-6, 4e-6}, wavelength_m}).bytes);
+  // A level that turns the light farther is a smaller one
+  CHECK(levels[0][0] > levels[1][0]);
+  CHECK(levels[1][0] > levels[2][0]);
+  CHECK_THROWS_WITH(encode(view, Slm(scene), {{4e-6, 4e-6}, 500e-9}),
+                    ContainsSubstring("several lasers, 638 nm, 520 nm, 450 nm, got 500 nm"));
+}
