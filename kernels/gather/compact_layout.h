@@ -27,7 +27,7 @@
 #define COMPACT_NODES (256 + 16)
 
 #define COMPACT_TWIDDLES_BEFORE(n) \
-  (COMPACT_STEP * COMPACT_STEP * \
+  (COMPACT_STEP * COMPACT_STEP *   \
    (((n) / COMPACT_STEP - 1) * ((n) / COMPACT_STEP) * (2 * ((n) / COMPACT_STEP) - 1) / 6))
 
 // Nodes on each side of the middle one: the window function is zero beyond. size and tile: pixels
