@@ -144,8 +144,8 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   return plane;
 }
 
-/// Twiddle factors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all sizes n
-/// that footprints need. Odd pixels' signs bring the tile into the middle of the transform.
+/// Twiddle factors exp(2 pi i (pixel + 1/2) node / n), with the sign of odd pixels changed, of all
+/// sizes n that footprints need. Odd pixels' signs bring the tile into the middle of the transform.
 void CompactGatherer::make_twiddles(int most_nodes) {
   if (most_nodes <= twiddles_for_) return;
   twiddles_for_ = most_nodes;
