@@ -23,8 +23,9 @@ TEST_CASE("a scene may come from a pipe, and names its files from the current fo
   INFO(piped.err);
   CHECK(piped.code == 0);
   CHECK(piped.out == plan);
-  const auto fifo =
-      desk.shell("mkfifo pipe.toml; cat scene.toml > pipe.toml & \"$RAYWAVE\" plan pipe.toml");
+  const auto fifo = desk.shell(
+      "mkfifo pipe.toml; timeout 60 sh -c 'cat scene.toml > pipe.toml' & \"$RAYWAVE\" plan "
+      "pipe.toml");
   CHECK(fifo.code == 0);
   CHECK(fifo.out == plan);
   check_refused(desk.shell("\"$RAYWAVE\" plan /dev/stdin < /dev/zero"), 2, "at most 1 MiB");
