@@ -108,6 +108,46 @@ void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
         "are negative");
 }
 
+/// Sets the encoding that the scene leaves open, and what refinement asks of it.
+///
+/// throws  InputError where refinement cannot serve an SLM that shows amplitudes
+void choose_encoding(const Scene& scene, const World& world, bool is_near, const Plan* moved_from,
+                     Plan& plan) {
+  if (plan.slm.encoding == Encoding::automatic) {
+    // Lasers of one scene have one encoding: that of the narrowest band, wherever objects move
+    const double fullest =
+        scene.colour ? share_of_band(world, largest_sine_of(scene.colour->shortest_m(), plan))
+                     : plan.hologram.band_filled;
+    plan.slm.encoding = fullest > most_filled_by_double_phase && !is_near ? Encoding::phase
+                                                                          : Encoding::double_phase;
+    if (moved_from && scene.colour && !is_near) plan.slm.encoding = moved_from->slm.encoding;
+  }
+  if (scene.refine) {
+    if (shows_amplitude(plan.slm.encoding))
+      throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
+                       name_of(plan.slm.encoding) +
+                       "\": refinement changes phases; give an SLM that shows them, "
+                       "slm.encoding \"phase\"");
+    plan.slm.encoding = Encoding::phase;
+    plan.refine = scene.refine;
+    if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
+  }
+}
+
+/// Divides the hologram into the tiles that the scene asks for, or had before its objects moved.
+///
+/// throws  InputError where it can only be computed in one piece
+void divide_as_asked(const Scene& scene, Method method, const Plan* moved_from, Plan& plan) {
+  const auto tiles =
+      moved_from ? moved_from->tiling.grid : scene.hologram.tiles.value_or(glm::ivec2(1));
+  if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
+                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
+  }
+  if (method != Method::wrp) plan.carrier = AtHologram{};
+  divide(plan, tiles, scene.wrp.padding);
+}
+
 }  // namespace
 
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,
@@ -139,25 +179,7 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
   // The encoding. Near the hologram, the field's amplitude is the picture
   plan.hologram.band_filled = moved_from ? moved_from->hologram.band_filled
                                          : share_of_band(world, plan.hologram.largest_sine);
-  if (plan.slm.encoding == Encoding::automatic) {
-    // Lasers of one scene have one encoding: that of the narrowest band, wherever objects move
-    const double fullest =
-        scene.colour ? share_of_band(world, largest_sine_of(scene.colour->shortest_m(), plan))
-                     : plan.hologram.band_filled;
-    plan.slm.encoding = fullest > most_filled_by_double_phase && !is_near ? Encoding::phase
-                                                                          : Encoding::double_phase;
-    if (moved_from && scene.colour && !is_near) plan.slm.encoding = moved_from->slm.encoding;
-  }
-  if (scene.refine) {
-    if (shows_amplitude(plan.slm.encoding))
-      throw InputError(one_line(scene.file.string()) + ": slm.encoding \"" +
-                       name_of(plan.slm.encoding) +
-                       "\": refinement changes phases; give an SLM that shows them, "
-                       "slm.encoding \"phase\"");
-    plan.slm.encoding = Encoding::phase;
-    plan.refine = scene.refine;
-    if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
-  }
+  choose_encoding(scene, world, is_near, moved_from, plan);
 
   // What later stages need to know of the scene
   plan.scene_name = scene.file.string();
@@ -189,15 +211,7 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
   plan.cone.half_width = is_compact ? 1 : scene.sampling.cone;
   plan.cone.apodization = is_compact ? 0 : scene.sampling.apodization;
 
-  // Tiles: windows of the hologram that are computed one after another
-  const auto tiles =
-      moved_from ? moved_from->tiling.grid : scene.hologram.tiles.value_or(glm::ivec2(1));
-  if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
-    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
-                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
-  }
-  if (method != Method::wrp) plan.carrier = AtHologram{};
-  divide(plan, tiles, scene.wrp.padding);
+  divide_as_asked(scene, method, moved_from, plan);
 
   if (is_compact) {
     if (const auto why = why_not_virtual_planes(scene); !why.empty())
