@@ -94,10 +94,10 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
 ///
 /// throws  InputError where the numbers are no phases in turns, or no amplitudes
 void require_range(const std::vector<double>& lut, bool amplitude, const Value& v) {
-  constexpr double most_turns = 4;
+  constexpr double most_turns = 4, beside = 0.1;  // measured amplitudes may lie beside 0 to 1
   const auto [low, high] = std::minmax(lut.front(), lut.back());
   const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
-  if (amplitude && (low < 0 || high > 1))
+  if (amplitude && (low < -beside || high > 1 + beside))
     throw InputError(where + " has amplitudes from " + number_text(low) + " to " +
                      number_text(high) + "; 0 to 1 is expected, the brightest level has 1");
   if (!amplitude && high - low > most_turns)
