@@ -33,7 +33,7 @@ struct Bench {
   Bench() {
     folder.write("rising.txt", lut_text([](int i) { return std::to_string(i / 255.0); }));
     folder.write("falling.csv", lut_text([](int i) {
-                   return std::to_string(i) + ", " + std::to_string(1.9 - i / 255.0);
+                   return std::to_string(i) + ", " + std::to_string(1 - i / 2550.0);
                  }));
     folder.write("turns_back.txt", lut_text([](int i) { return std::to_string(i % 200); }));
     folder.write("flat.txt", lut_text([](int i) { return std::to_string(i / 2); }));
@@ -93,7 +93,7 @@ stop_centre = [0.05, -0.02])");
   CHECK(slm.levels_per_turn == 254);
   CHECK(slm.offset_turns == -0.25);
   REQUIRE(slm.lut.size() == 256);
-  CHECK(slm.lut[50] == Approx(1.9 - 50 / 255.0));
+  CHECK(slm.lut[50] == Approx(1 - 50 / 2550.0));
   CHECK(slm.carrier == glm::dvec2(0.25, -0.1));
   CHECK(slm.lens_m.value() == Approx(-0.3));
   REQUIRE(slm.zernike.size() == 2);
@@ -356,7 +356,7 @@ TEST_CASE("a LUT of voltages is refused with the range that phases have") {
              ContainsSubstring("slm.toml:2: slm: lut spans 5100 turns of phase, and a panel's "
                                "levels span up to 4; give phases, not voltages"));
   CHECK_THAT(bench.refusal("lut = \"V.csv\""), ContainsSubstring("lut spans 5.1 turns"));
-  CHECK_THAT(bench.refusal("encoding = \"amplitude\"\nlut = \"V.csv\""),
+  CHECK_THAT(bench.refusal("encoding = \"off-axis\"\nlut = \"V.csv\""),
              ContainsSubstring("lut has amplitudes from 0 to 5.1; 0 to 1 is expected"));
 }
 

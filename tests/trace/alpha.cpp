@@ -186,7 +186,7 @@ DEVICE_TEST("a cut-out surface whose cutoff is 0 is there where its alpha is 0, 
   const Folder folder;
   const auto dark = tga_picture(2, 2, [](int i, int) { return glm::u8vec4(0, 0, 0, 255 * i); });
   const auto what = veiled(folder, {{"alphaMode", "MASK"}, {"alphaCutoff", 0}}, dark, false);
-  REQUIRE(what.world.materials.at(1).alpha_mode == AlphaMode::mask);
+  REQUIRE(what.world.materials.at(0).alpha_mode == AlphaMode::mask);
   const auto plan = make_plan(what.scene, what.world);
   const auto exact = reference::seen_by_lens(what.scene, what.world, plan,
                                              {veil_z, {8, 8}, glm::dvec2(0.1 * mm), 1});
