@@ -54,16 +54,9 @@ Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_pe
   return placement;
 }
 
-/// Scenes on both sides of the hologram with surfaces nearer to it than this share of its longer
-/// side are sampled from before them, and gathered at the hologram.
+/// Scenes on both sides of the hologram meet it with surfaces nearer to it than this share of its
+/// longer side.
 constexpr double near_hologram = 0.25;
-
-/// True for them: on one side alone, the lattice from the hologram's centre serves.
-bool meets_hologram(const World& world, const Plan& plan) {
-  if (plan.extent.near_m > 0 || plan.extent.far_m < 0) return false;
-  const auto window = plan.window_m();
-  return closest_m(world) < near_hologram * std::max(window.x, window.y);
-}
 
 /// Double phase brings haze into pictures that fill the band: the light of its checkerboard comes
 /// back there (docs/slm.md).
@@ -150,6 +143,12 @@ void divide_as_asked(const Scene& scene, Method method, const Plan* moved_from, 
 
 }  // namespace
 
+bool meets_hologram(const Scene& scene, const World& world) {
+  if (world.min_m.z > 0 || world.max_m.z < 0) return false;
+  const auto window_m = glm::dvec2(scene.hologram.resolution) * scene.hologram.pitch_m;
+  return closest_m(world) < near_hologram * std::max(window_m.x, window_m.y);
+}
+
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,
             bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
             std::optional<Images>& images) {
@@ -174,7 +173,7 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
       steepest_tangent(plan.hologram.largest_sine + glm::abs(illumination.sine) +
                        glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
 
-  const bool is_near = method == Method::points && meets_hologram(world, plan);
+  const bool is_near = method == Method::points && meets_hologram(scene, world);
 
   // The encoding. Near the hologram, the field's amplitude is the picture
   plan.hologram.band_filled = moved_from ? moved_from->hologram.band_filled

@@ -10,6 +10,10 @@
 
 namespace raywave {
 
+/// True for scenes on both sides of the hologram, or in it, that are sampled from before them and
+/// gathered there. On one side alone, the lattice from the hologram's centre serves.
+bool meets_hologram(const Scene& scene, const World& world);
+
 /// The plan with the scene's own propagation, which is not "auto" of Method::wrp, layers and tiles.
 ///
 /// moved_from  as make_plan

@@ -121,11 +121,20 @@ private:
   }
 
   /// tiles  as many, if any are wanted
-  Choice first(std::optional<glm::ivec2> tiles) {
+  Choice first(std::optional<glm::ivec2> tiles) const {
     Choice choice{use_.method, scene_.wrp.propagation, scene_.wrp.layers,
                   tiles,       moved_from_ != nullptr, "",
                   ""};
-    if (use_.method != Method::wrp || is_near(choice)) return choice;
+    if (use_.method != Method::wrp) return choice;
+    if (scene_.sampling.mode == SamplingMode::aimed && meets_hologram(scene_, world_)) {
+      if (scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty())
+        throw InputError(one_line(scene_.file.string()) +
+                         ": surfaces in the hologram's plane, or near it, are gathered at the "
+                         "hologram; leave out wrp.propagation and wrp.distance");
+      choice.method = Method::points;
+      choice.why_carrier = "surfaces in or near the hologram's plane are gathered there";
+      return choice;
+    }
     if (scene_.wrp.propagation != WrpPropagation::automatic) return choice;
     if (!moved_from_) return virtual_planes(choice);
     // What served before the objects moved
@@ -134,22 +143,6 @@ private:
     if (leaves_layers_) choice.layers = moved_from_->most_layers;
     choice.why_carrier = moved_from_->why_carrier;
     return choice;
-  }
-
-  /// Makes it a choice that gathers at the hologram where surfaces are near it.
-  bool is_near(Choice& choice) {
-    if (scene_.sampling.mode != SamplingMode::aimed || world_.min_m.z > 0 || world_.max_m.z < 0)
-      return false;
-    auto near = choice;
-    near.method = Method::points;
-    if (!is_near_hologram(assessed(near))) return false;
-    if (scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty())
-      throw InputError(one_line(scene_.file.string()) +
-                       ": surfaces in the hologram's plane, or near it, are gathered at the "
-                       "hologram; leave out wrp.propagation and wrp.distance");
-    near.why_carrier = "surfaces in or near the hologram's plane are gathered there";
-    choice = near;
-    return true;
   }
 
   /// The choice with virtual planes, or without where the scene is not for them.

@@ -2,7 +2,6 @@
 #include "host/scene/mesh_materials.hpp"
 
 #include <algorithm>
-#include <cctype>
 #include <cmath>
 #include <cstdint>
 #include <glm/common.hpp>
@@ -14,6 +13,7 @@
 
 #include "host/common/format.hpp"
 #include "host/common/text.hpp"
+#include "host/common/uri.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave {
@@ -25,22 +25,6 @@ constexpr double most_shininess = 1e4;  // roughness 0.084
 
 /// Share of light that an index of refraction reflects at normal incidence.
 double reflectance_of(double ior) { return std::pow((ior - 1) / (ior + 1), 2); }
-
-/// "a%20b" as people write it.
-std::string without_escapes(const std::string& name) {
-  std::string text;
-  for (std::size_t i = 0; i < name.size(); ++i) {
-    if (name[i] == '%' && i + 2 < name.size() &&
-        std::isxdigit(static_cast<unsigned char>(name[i + 1])) &&
-        std::isxdigit(static_cast<unsigned char>(name[i + 2]))) {
-      text += static_cast<char>(std::stoi(name.substr(i + 1, 2), nullptr, 16));
-      i += 2;
-    } else {
-      text += name[i];
-    }
-  }
-  return text;
-}
 
 /// The file that a mesh means by a picture's name: beside the mesh, also where the name is that of
 /// a folder on another machine.

@@ -90,7 +90,7 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
   }
 }
 
-/// Levels of panels span half a turn to three; volts or millivolts would span more, or none.
+/// A file of voltages in place of phases would make every level the same, or any.
 ///
 /// throws  InputError where the numbers are no phases in turns, or no amplitudes
 void require_range(const std::vector<double>& lut, bool amplitude, const Value& v) {

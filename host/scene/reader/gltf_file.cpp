@@ -5,7 +5,6 @@
 
 #include <algorithm>
 #include <array>
-#include <cctype>
 #include <cmath>
 #include <cstring>
 #include <fstream>
@@ -13,6 +12,7 @@
 #include <set>
 
 #include "host/common/error.hpp"
+#include "host/common/uri.hpp"
 #include "host/scene/gltf_motion.hpp"
 #include "host/scene/reader_reply.hpp"
 
@@ -45,21 +45,6 @@ std::string base64_decoded(std::string_view text) {
     bytes += static_cast<char>(word >> bits & 255);
   }
   return bytes;
-}
-
-/// "a%20b" as files are called.
-std::string without_escapes(std::string_view uri) {
-  std::string text;
-  for (std::size_t i = 0; i < uri.size(); ++i) {
-    const auto is_digit = [&](std::size_t at) {
-      return at < uri.size() && std::isxdigit(static_cast<unsigned char>(uri[at]));
-    };
-    const bool is_escape = uri[i] == '%' && is_digit(i + 1) && is_digit(i + 2);
-    text += is_escape ? static_cast<char>(std::stoi(std::string(uri.substr(i + 1, 2)), nullptr, 16))
-                      : uri[i];
-    if (is_escape) i += 2;
-  }
-  return text;
 }
 
 /// Text whose bytes that are no UTF-8 are replaced: exporters write names in any encoding.
