@@ -81,8 +81,8 @@ OIIO::ImageSpec spec_of(int width, int height, std::size_t numbers, OIIO::TypeDe
   if (pixels == 0 || numbers < pixels || numbers > 3 * pixels || numbers % pixels != 0)
     throw std::invalid_argument("save_picture: the pixels do not fill width * height");
   OIIO::ImageSpec spec(width, height, static_cast<int>(numbers / pixels), format);
-  spec.attribute("DateTime",
-                 "1970:01:01 00:00:00");  // or EXR files hold today's: equal runs differ
+  // OpenEXR files would hold today's, and equal runs differ
+  if (format == OIIO::TypeFloat) spec.attribute("DateTime", "1970:01:01 00:00:00");
   return spec;
 }
 
