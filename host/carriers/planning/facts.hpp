@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// What memory, forecasts and reports ask of the way in which a plan's light travels. Each way
-/// answers in its own folder; nothing else asks which it is.
+/// answers in its own folder. What else depends on it asks Plan::carrier.
 #pragma once
 
 #include <glm/vec2.hpp>
