@@ -146,10 +146,15 @@ public:
     const auto& [focus_m, sine] = light;
     add_all(focus_m, sine);
   }
+  void add(const Lut& lut) {
+    const auto& [levels, values] = lut;
+    add_all(levels, values);
+  }
   void add(const SlmSpec& slm) {
     const auto& [encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
                  flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-                 rotate_deg, stop, illumination] = slm;
+                 rotate_deg, stop, illumination, notes] = slm;
+    (void)notes;  // say nothing of the light
     add_all(encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
             flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
             rotate_deg, stop, illumination);

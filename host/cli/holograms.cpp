@@ -3,8 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <set>
 
 #include "host/cli/help.hpp"
 #include "host/cli/output_set.hpp"
@@ -16,6 +18,7 @@
 #include "host/evaluate/slm_json.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/read_slm.hpp"
+#include "host/scene/scene_text.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -63,6 +66,12 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
   return files;
 }
 
+/// Says a note of an SLM, which is read for each laser.
+void say_once(const std::string& note) {
+  static std::set<std::string> said;
+  if (said.insert(note).second) std::fprintf(stderr, "raywave: %s\n", note.c_str());
+}
+
 }  // namespace
 
 void PixelOptions::add_to(CLI::App& command) {
@@ -99,15 +108,17 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
   SlmSpec spec;
   spec.encoding = Encoding::phase;
   std::error_code error;
-  if (!slm.empty())
-    spec = load_slm(slm,
-                    wavelength.empty() ? hologram_of_report(report, hologram).wavelength_m
-                                       : given_wavelength_m(wavelength),
-                    set);
-  else if (!set.empty())
-    throw InputError("--set changes keys of the file of --slm: give --slm too");
-  else if (std::filesystem::exists(report, error))
-    spec = slm_of_report(report, hologram);
+  const auto wavelength_m = [&] {
+    return wavelength.empty() ? hologram_of_report(report, hologram).wavelength_m
+                              : given_wavelength_m(wavelength);
+  };
+  if (!slm.empty()) {
+    spec = load_slm(slm, wavelength_m(), set);
+  } else {
+    if (std::filesystem::exists(report, error)) spec = slm_of_report(report, hologram);
+    if (!set.empty()) spec = parse_slm({"", report, {}}, wavelength_m(), set, spec);
+  }
+  for (const auto& note : spec.notes) say_once(note);
   if (most_bits == 8) require_level_bytes(spec, 1);
   return spec;
 }

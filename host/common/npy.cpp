@@ -132,6 +132,26 @@ std::optional<std::string> read_header_text(std::ifstream& stream) {
   return stream ? std::optional(text) : std::nullopt;
 }
 
+/// Reads all numbers of a type.
+template <class Number>
+bool read_numbers(std::ifstream& stream, std::vector<double>& numbers) {
+  std::vector<Number> all(numbers.size());
+  stream.read(reinterpret_cast<char*>(all.data()),
+              static_cast<std::streamsize>(all.size() * sizeof(Number)));
+  numbers.assign(all.begin(), all.end());
+  return bool{stream};
+}
+
+/// The reader of a type of real numbers; null: there is none.
+auto reader_of(std::string_view type) -> bool (*)(std::ifstream&, std::vector<double>&) {
+  if (type == "<f8") return read_numbers<double>;
+  if (type == "<f4") return read_numbers<float>;
+  if (type == "|u1") return read_numbers<std::uint8_t>;
+  if (type == "<u2") return read_numbers<std::uint16_t>;
+  if (type == "<i4") return read_numbers<std::int32_t>;
+  return type == "<i8" ? read_numbers<std::int64_t> : nullptr;
+}
+
 /// Reads row by row, so that a file of doubles needs no second copy in memory.
 template <class Sample>
 bool read_samples(std::ifstream& stream, int row_length,
@@ -222,6 +242,30 @@ FieldStack load_npy(const std::filesystem::path& file) {
     throw InputError(name + ": sample " + std::to_string(bad - field.samples.begin()) +
                      " is NaN or beyond float");
   return field;
+}
+
+std::vector<std::vector<double>> load_npy_rows(const std::filesystem::path& file) {
+  const std::string name = one_line(file.string());
+  std::ifstream stream(file, std::ios::binary);
+  const auto text = read_header_text(stream);
+  const auto header = text ? parse_header(*text) : std::nullopt;
+  if (!header) throw InputError(name + ": is no .npy file of format 1.0 to 3.0");
+  const auto read = reader_of(*header->descr);
+  auto shape = *header->shape;
+  if (shape.size() == 1) shape.push_back(1);
+  if (!read || shape.size() != 2 || shape[0] > kMaxSide || shape[1] > kMaxSide ||
+      shape[0] * shape[1] > kMaxSide)
+    throw InputError(name + ": must hold real numbers of shape (n) or (n, m); its type is " +
+                     in_quotes(*header->descr) + ", and it has " +
+                     std::to_string(header->shape->size()) + " dimensions");
+  std::vector<double> numbers(shape[0] * shape[1]);
+  if (!read(stream, numbers)) throw InputError(name + ": is cut short");
+  std::vector<std::vector<double>> rows(shape[0]);
+  for (std::size_t i = 0; i < numbers.size(); ++i) {
+    if (!std::isfinite(numbers[i])) throw InputError(name + ": holds NaN or infinity");
+    rows[*header->fortran_order ? i % shape[0] : i / shape[1]].push_back(numbers[i]);
+  }
+  return rows;
 }
 
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,

@@ -21,6 +21,11 @@ struct FieldStack {
 ///         cut short, or holds NaN or infinity
 FieldStack load_npy(const std::filesystem::path& file);
 
+/// A list or a small table of real numbers: shape (n) gives n rows of one number, (n, m) n of m.
+///
+/// throws  InputError for other types and shapes, more than 2^20 numbers, NaN and infinity
+std::vector<std::vector<double>> load_npy_rows(const std::filesystem::path& file);
+
 /// Writes uint8 or uint16 numbers of shape (frames, ny, nx), as the function below.
 void save_npy(const std::filesystem::path& file, int nx, int ny, int frames,
               std::span<const std::uint8_t> numbers);

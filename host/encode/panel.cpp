@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <numbers>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -21,13 +22,13 @@ double factorial(int n) {
   return product;
 }
 
-/// The level whose value is nearest to `wanted`; the lowest of equals.
+/// The level, of those that are used, whose value is nearest; the lowest of equals.
 template <class Distance>
-std::uint16_t nearest_level(const std::vector<double>& shown, const Distance& distance) {
-  std::size_t best = 0;
-  for (std::size_t level = 1; level < shown.size(); ++level)
-    if (distance(shown[level]) < distance(shown[best])) best = level;
-  return static_cast<std::uint16_t>(best);
+std::uint16_t nearest_level(const std::vector<double>& shown, const std::vector<int>& used,
+                            const Distance& distance) {
+  const auto at = [&](int level) { return distance(shown[static_cast<std::size_t>(level)]); };
+  return static_cast<std::uint16_t>(
+      *std::min_element(used.begin(), used.end(), [&](int a, int b) { return at(a) < at(b); }));
 }
 
 /// Distance of phases in turns, on the circle.
@@ -112,32 +113,37 @@ Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double 
 void Panel::make_levels() {
   const bool amplitude = shows_amplitude(slm_.encoding);
   const int grey_levels = grey_levels_of(slm_);
-  std::vector<double> values = slm_.lut;
-  if (values.empty()) {
-    for (int level = 0; level < grey_levels; ++level) {
-      const double turns = static_cast<double>(level) / slm_.levels_per_turn;
-      values.push_back(amplitude ? level / (grey_levels - 1.0) : slm_.invert ? -turns : turns);
-    }
+  const bool has_lut = !slm_.lut.values.empty();
+  std::vector<double> values;
+  for (int level = 0; level < grey_levels && !has_lut; ++level) {
+    const double turns = static_cast<double>(level) / slm_.levels_per_turn;
+    values.push_back(amplitude ? level / (grey_levels - 1.0) : slm_.invert ? -turns : turns);
+  }
+  if (has_lut) values = shown_by_level(slm_.lut, grey_levels);
+  std::vector<int> used = slm_.lut.levels;
+  if (used.empty()) {
+    used.resize(has_lut ? slm_.lut.values.size() : values.size());
+    std::iota(used.begin(), used.end(), 0);
   }
   for (const double value : values)
     shown_.push_back(amplitude ? value : std::polar(1.0, 2 * std::numbers::pi * value));
 
-  const bool proportional = slm_.lut.empty() && slm_.levels == grey_levels &&
-                            (amplitude || slm_.levels_per_turn <= grey_levels);
+  const bool proportional =
+      !has_lut && slm_.levels == grey_levels && (amplitude || slm_.levels_per_turn <= grey_levels);
   if (proportional || slm_.encoding == Encoding::lee) return;
   for (int i = 0; i < table_size; ++i) {
     if (amplitude) {
       const double steps = slm_.levels - 1;
       const double wanted = std::round(i / (table_size - 1.0) * steps) / steps;
       level_table_.push_back(
-          nearest_level(values, [&](double shown) { return std::abs(shown - wanted); }));
+          nearest_level(values, used, [&](double shown) { return std::abs(shown - wanted); }));
     } else {
       const double steps = slm_.levels;
       const double wanted = slm_.levels == grey_levels
                                 ? static_cast<double>(i) / table_size
                                 : std::round(static_cast<double>(i) / table_size * steps) / steps;
       level_table_.push_back(
-          nearest_level(values, [&](double shown) { return apart(shown, wanted); }));
+          nearest_level(values, used, [&](double shown) { return apart(shown, wanted); }));
     }
   }
 }
@@ -155,7 +161,8 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
     return;
 
   // Levels are to be added to grey, and phase may fall as grey rises.
-  const bool falls = slm_.lut.empty() ? slm_.invert : slm_.lut.back() < slm_.lut.front();
+  const bool falls =
+      slm_.lut.values.empty() ? slm_.invert : slm_.lut.values.back() < slm_.lut.values.front();
   const double turns_per_value =
       flatness.in_nm ? -1e-9 / wavelength_m
                      : (falls ? -1 : 1) * (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;

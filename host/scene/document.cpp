@@ -63,25 +63,36 @@ std::string read_text(const std::filesystem::path& file) {
   return text;
 }
 
-/// Refuses `a.a.a.a. ... = 1`, whose tables would nest deeper than the parser's recursion can free.
-void refuse_deep_keys(std::string_view text, const std::string& name) {
+/// The most dots that one key of a line can have: without quotes, none reaches over a comma.
+std::ptrdiff_t dots_of_keys(std::string_view line) {
+  if (line.find_first_of("\"'") != line.npos) return std::count(line.begin(), line.end(), '.');
+  std::ptrdiff_t most = 0;
+  for (;;) {
+    const auto piece = line.substr(0, line.find(','));
+    most = std::max(most, std::count(piece.begin(), piece.end(), '.'));
+    if (piece.size() == line.size()) return most;
+    line.remove_prefix(piece.size() + 1);
+  }
+}
+
+/// The first line with `a.a.a.a. ... = 1`, whose tables would nest deeper than the parser's
+/// recursion can free; 0: there is none.
+int deep_line(std::string_view text) {
   for (int line = 1; !text.empty(); ++line) {
     const std::string_view rest = text.substr(0, text.find('\n'));
     const auto first = rest.find_first_not_of(" \t");
     const bool is_comment = first != std::string_view::npos && rest[first] == '#';
-    if (!is_comment && std::count(rest.begin(), rest.end(), '.') > kMaxDotsPerLine)
-      throw InputError(name + ":" + std::to_string(line) + ": more than " +
-                       std::to_string(kMaxDotsPerLine) + " dots in one line");
+    if (!is_comment && dots_of_keys(rest) > kMaxDotsPerLine) return line;
     text.remove_prefix(std::min(text.size(), rest.size() + 1));
   }
+  return 0;
 }
 
 /// Parses the value as TOML; a text that is not TOML, such as `auto` or `8 um`, becomes a string.
 void assign(toml::table& table, std::string_view key, const std::string& text) {
   toml::table parsed;
   try {
-    if (std::count(text.begin(), text.end(), '.') <= kMaxDotsPerLine)
-      parsed = toml::parse("value = " + text);
+    if (deep_line(text) == 0) parsed = toml::parse("value = " + text);
   } catch (const toml::parse_error&) {
     parsed.clear();
   }
@@ -153,7 +164,9 @@ Document parse_document(const SceneText& text, const std::vector<std::string>& o
   const std::string name = one_line(text.file.string());
   if (text.toml.size() > kMaxSceneBytes)
     throw InputError(name + ": too large for a scene file (at most 1 MiB)");
-  refuse_deep_keys(text.toml, name);
+  if (const int line = deep_line(text.toml))
+    throw InputError(name + ":" + std::to_string(line) + ": more than " +
+                     std::to_string(kMaxDotsPerLine) + " dots in one line");
   try {
     document.root = toml::parse(text.toml);
   } catch (const toml::parse_error& error) {

@@ -81,6 +81,11 @@ struct Value {
                      ", got " + describe(*node));
   }
 
+  /// The same in words of the caller's: "scene.toml:3: slm: lut turns back".
+  [[noreturn]] void refuse(const std::string& what) const {
+    throw InputError(document->where(*node, path) + ": " + label + " " + what);
+  }
+
   /// Leaves a note that starts with the value's place.
   void note(const std::string& what) const {
     document->notes.push_back(document->where(*node, path) + ": " + label + ": " + what);

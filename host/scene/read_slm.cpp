@@ -1,10 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/read_slm.hpp"
 
-#include <array>
-#include <charconv>
+#include <bit>
 #include <cmath>
-#include <fstream>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <map>
@@ -18,76 +16,34 @@
 namespace raywave {
 namespace {
 
-constexpr std::uintmax_t most_lut_bytes = 1 << 20;
 // A turn of phase changes by about as large a share as the wavelength: 1 nm of visible light is a
 // quarter of a percent, or half a level
-constexpr double lut_reach_m = 1e-9;
+constexpr double table_reach_m = 1e-9;
 
-/// Numbers of a line, between spaces, commas, semicolons or tabs.
+glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
+  return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
+}
+
+/// Replaces noise of a measurement, which may turn back a little, and says by how much.
 ///
-/// throws  InputError starting with `where`
-std::vector<double> numbers_of(std::string_view line, const std::string& where) {
-  constexpr std::string_view separators = " \t,;\r";
-  std::vector<double> numbers;
-  for (line = line.substr(0, line.find('#'));;) {
-    const auto first = line.find_first_not_of(separators);
-    if (first == std::string_view::npos) return numbers;
-    line.remove_prefix(first);
-    const auto word = line.substr(0, line.find_first_of(separators));
-    double number = 0;
-    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
-    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(number))
-      throw InputError(where + ": " + in_quotes(word) + " is no number");
-    numbers.push_back(number);
-    line.remove_prefix(word.size());
+/// throws  InputError at the first level where the LUT turns back by more
+void fit_monotone(Lut& lut, double most, const char* unit, const Value& v) {
+  const auto measured = lut.values;
+  const double change = make_monotone(lut.values);
+  if (lut.values.front() == lut.values.back())
+    v.refuse("shows " + number_text(lut.values[0]) + " at every level, or at most of them");
+  if (change > most) {
+    const bool rises = lut.values.back() > lut.values.front();
+    std::size_t i = 1;
+    while ((measured[i] > measured[i - 1]) == rises || measured[i] == measured[i - 1]) ++i;
+    const auto level = lut.levels.empty() ? i : static_cast<std::size_t>(lut.levels[i]);
+    v.refuse("must rise or fall from level to level; level " + std::to_string(level) + " shows " +
+             number_text(measured[i]) + " after " + number_text(measured[i - 1]) +
+             ": phases that wrap need unwrapping");
   }
-}
-
-/// A file of a number for each level, or of a line for each with level and number.
-std::vector<double> load_lut(const std::filesystem::path& file, std::size_t levels) {
-  const std::string name = one_line(file.string());
-  std::error_code error;
-  if (std::filesystem::file_size(file, error) > most_lut_bytes || error)
-    throw InputError(name + ": too large for a LUT (at most 1 MiB)");
-  std::ifstream stream(file);
-  std::vector<double> lut;
-  bool two_columns = false;
-  int line_number = 0;
-  for (std::string line; std::getline(stream, line);) {
-    const std::string where = name + ":" + std::to_string(++line_number);
-    if (constexpr std::string_view mark = "\xef\xbb\xbf";
-        line_number == 1 && line.starts_with(mark))
-      line.erase(0, mark.size());  // of UTF-8, which spreadsheets write
-    const auto numbers = numbers_of(line, where);
-    if (numbers.empty()) continue;
-    if (lut.empty()) two_columns = numbers.size() == 2;
-    if (!two_columns) {
-      lut.insert(lut.end(), numbers.begin(), numbers.end());
-      continue;
-    }
-    if (numbers.size() != 2)
-      throw InputError(where + ": two columns expected, level and phase, got " +
-                       std::to_string(numbers.size()));
-    if (numbers[0] != static_cast<double>(lut.size()))
-      throw InputError(where + ": level " + std::to_string(lut.size()) + " expected, got " +
-                       number_text(numbers[0]));
-    lut.push_back(numbers[1]);
-  }
-  if (lut.size() != levels)
-    throw InputError(name + ": a LUT has a number for each of " + std::to_string(levels) +
-                     " levels, got " + std::to_string(lut.size()));
-  return lut;
-}
-
-/// throws  InputError at the first level where the LUT turns back
-void require_monotone(const std::vector<double>& lut, const Value& v) {
-  const bool rises = lut[1] > lut[0];
-  for (std::size_t i = 1; i < lut.size(); ++i) {
-    if (lut[i] == lut[i - 1] || (lut[i] > lut[i - 1]) != rises)
-      throw InputError(v.document->where(*v.node, v.path) + ": " + v.label +
-                       " must rise or fall from level to level; level " + std::to_string(i) +
-                       " shows " + number_text(lut[i]) + " after " + number_text(lut[i - 1]));
-  }
+  if (change > 0)
+    v.note("it turns back, by up to " + number_text(change) + unit +
+           ", which is taken as noise: the nearest LUT that does not is used");
 }
 
 /// A file of voltages in place of phases would make every level the same, or any.
@@ -96,41 +52,53 @@ void require_monotone(const std::vector<double>& lut, const Value& v) {
 void require_range(const std::vector<double>& lut, bool amplitude, const Value& v) {
   constexpr double most_turns = 4, beside = 0.1;  // measured amplitudes may lie beside 0 to 1
   const auto [low, high] = std::minmax(lut.front(), lut.back());
-  const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
   if (amplitude && (low < -beside || high > 1 + beside))
-    throw InputError(where + " has amplitudes from " + number_text(low) + " to " +
-                     number_text(high) + "; 0 to 1 is expected, the brightest level has 1");
+    v.refuse("has amplitudes from " + number_text(low) + " to " + number_text(high) +
+             "; 0 to 1 is expected, the brightest level has 1");
   if (!amplitude && high - low > most_turns)
-    throw InputError(where + " spans " + number_text(high - low) +
-                     " turns of phase, and a panel's levels span up to " + number_text(most_turns) +
-                     "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
+    v.refuse("spans " + number_text(high - low) +
+             " turns of phase, and a panel's levels span up to " + number_text(most_turns) +
+             "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
 }
 
-/// The LUT of a value: a number for each level, or the name of a file that holds them.
-std::vector<double> lut_of(const Value& v, std::size_t levels) {
-  std::vector<double> lut;
-  if (v.is_array()) {
-    for (const auto& node : *v.node->as_array())
-      lut.push_back(Value{v.document, &node, v.path, v.label}.number(between(-1e6, 1e6)));
-    if (lut.size() != levels) v.fail(std::to_string(levels) + " numbers, or the name of a file");
-  } else {
-    lut = load_lut(v.existing_file(), levels);
+/// The LUT of a value: a number for each level, pairs of level and number, or the name of a file
+/// that holds them.
+Lut lut_of(const Value& v, int level_count) {
+  const std::string shape = "2 to " + std::to_string(level_count) +
+                            " numbers, pairs [level, number], or the name of a file";
+  if (v.node->is_string()) return load_lut(v.existing_file(), level_count);
+  if (!v.is_array()) v.fail(shape.c_str());
+  const Range range = between(-1e6, 1e6);
+  Lut lut;
+  std::vector<std::pair<double, double>> pairs;
+  for (const auto& node : *v.node->as_array()) {
+    const Value one{v.document, &node, v.path, v.label};
+    if (!one.is_array()) {
+      lut.values.push_back(one.number(range));
+      continue;
+    }
+    const auto pair = pair_of(one, "[level, number]", range);
+    pairs.emplace_back(pair.x, pair.y);
   }
-  require_monotone(lut, v);
+  if (lut.values.empty() && !pairs.empty())
+    return lut_of_pairs(pairs, level_count, v.document->where(*v.node, v.path) + ": " + v.label);
+  if (!pairs.empty() || lut.values.size() < 2 ||
+      lut.values.size() > static_cast<std::size_t>(level_count))
+    v.fail(shape.c_str());
   return lut;
 }
 
-/// Of a table of LUTs by wavelength the one that is nearest. The others are not read.
+/// Of a table by wavelength the nearest value. The others are not read.
 ///
 /// throws  InputError when a key is no wavelength, or none is near
-Value nearest_lut(const Value& v, double wavelength_m) {
+Value nearest_of(const Value& v, double wavelength_m) {
   const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
   std::map<double, std::string> names;  // by wavelength
   std::optional<Value> nearest;
   double nearest_m = 0;
   for (const auto& [key, node] : *v.node->as_table()) {
     const std::string name(key.str());
-    const double length_m = parse_length_m(name, where + ": a key of a table of LUTs");
+    const double length_m = parse_length_m(name, where + ": a key of a table by wavelength");
     if (!(length_m >= 1e-9 && length_m <= 1e-2))
       throw InputError(where + ": " + in_quotes(name) +
                        " is no wavelength of 1 nm to 10 mm; give keys with a unit, such as "
@@ -146,17 +114,13 @@ Value nearest_lut(const Value& v, double wavelength_m) {
     nearest = Value{v.document, &node, v.path + "." + name, v.label + "." + in_quotes(name)};
     nearest_m = length_m;
   }
-  if (nearest && std::abs(nearest_m - wavelength_m) <= lut_reach_m * (1 + 1e-6)) return *nearest;
+  if (nearest && std::abs(nearest_m - wavelength_m) <= table_reach_m * (1 + 1e-6)) return *nearest;
   std::string all;
   for (const auto& [length_m, name] : names) all += (all.empty() ? "" : ", ") + in_quotes(name);
   const auto wanted = length_text(wavelength_m);
   throw InputError(where + " has " +
                    (all.empty() ? "no wavelength" : all + ", none within 1 nm of " + wanted) +
-                   "; add " + in_quotes(wanted) + " = \"FILE\"");
-}
-
-glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
-  return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
+                   "; add one of " + in_quotes(wanted));
 }
 
 /// One share for both axes, or `[x, y]`.
@@ -180,6 +144,16 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
   return terms;
 }
 
+nlohmann::ordered_json told_lut(const Lut& lut) {
+  auto json = nlohmann::ordered_json::array();
+  for (std::size_t i = 0; i < lut.values.size(); ++i)
+    if (lut.levels.empty())
+      json.push_back(lut.values[i]);
+    else
+      json.push_back({lut.levels[i], lut.values[i]});
+  return json;
+}
+
 glm::dvec2 read_carrier(const Value& v) {
   return pair_of(v, "two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
 }
@@ -198,27 +172,42 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
           "--slm");
     slm.levels = slm.levels_per_turn = grey_levels_of(slm);
   }));
-  key(whole("levels", slm.levels, 2, grey_levels_of(slm)));
-  key(whole("levels_per_turn", slm.levels_per_turn, 2, 4 * grey_levels_of(slm)));
-  key(flag("invert", slm.invert));
+  key(whole("levels", slm.levels, 2, grey_levels_of(slm)).and_then([&](const Value& v) {
+    if (slm.levels > 16 && !std::has_single_bit(static_cast<unsigned>(slm.levels)))
+      v.note("so many different phases are shown; if a turn of phase takes " +
+             std::to_string(slm.levels) + " grey levels, give levels_per_turn instead");
+  }));
+  const auto nearest = [wavelength_m](const Value& v) { return nearest_of(v, wavelength_m); };
+  key(whole("levels_per_turn", slm.levels_per_turn, 2, 4 * grey_levels_of(slm)).or_table(nearest));
+  key(flag("invert", slm.invert).and_then([&](const Value& v) {
+    if (slm.invert && !slm.lut.values.empty())
+      v.fail("false: the LUT says itself whether phase falls as grey rises");
+  }));
   key(number("offset", slm.offset_turns, between(-1e3, 1e3)).as("offset_turns"));
 
   double turns_per_unit = 1;
   key(choice("lut_unit", turns_per_unit, {{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}})
           .told_if(false));
-  key(setting("lut", slm.lut, [&](const Value& v) {
-        auto lut = lut_of(v.node->is_table() ? nearest_lut(v, wavelength_m) : v,
-                          static_cast<std::size_t>(grey_levels_of(slm)));
-        const bool amplitude = shows_amplitude(slm.encoding);
-        for (double& number : lut) number *= amplitude ? 1 : turns_per_unit;
-        require_range(lut, amplitude, v);
-        return lut;
-      }).and_then([&](const Value& v) {
-    if (slm.invert)
-      v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
-  }));
+  key(setting(
+          "lut", slm.lut,
+          [&](const Value& v) {
+            auto lut = lut_of(v, grey_levels_of(slm));
+            const bool amplitude = shows_amplitude(slm.encoding);
+            for (double& number : lut.values) number *= amplitude ? 1 : turns_per_unit;
+            fit_monotone(lut, 0.05, amplitude ? "" : " turns", v);
+            require_range(lut.values, amplitude, v);
+            return lut;
+          },
+          told_lut)
+          .or_table(nearest)
+          .and_then([&](const Value& v) {
+            if (slm.invert)
+              v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
+          }));
 
-  key(setting("carrier", slm.carrier, read_carrier));
+  key(setting("carrier", slm.carrier, read_carrier).or_table(nearest).and_then([&](const Value&) {
+    slm.shift_m = glm::dvec2(0);
+  }));
   key(setting("shift", slm.shift_m,
               [](const Value& v) {
                 return v.vector<glm::dvec2>("two lengths [x, y]", [](const Value& one) {
@@ -226,6 +215,7 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
                 });
               })
           .as("shift_m")
+          .or_table(nearest)
           .and_then([&](const Value& v) {
             if (slm.carrier != glm::dvec2(0)) v.fail("given without carrier: both say the same");
           }));
@@ -234,10 +224,10 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
     if (std::abs(*slm.lens_m) < 1e-9) v.fail("a focal length other than 0");
   }));
   key(setting("zernike", slm.zernike, zernike_of, [](const std::vector<ZernikeTerm>& terms) {
-    auto json = nlohmann::ordered_json::array();
-    for (const auto& term : terms) json.push_back({term.noll, term.turns});
-    return json;
-  }));
+        auto json = nlohmann::ordered_json::array();
+        for (const auto& term : terms) json.push_back({term.noll, term.turns});
+        return json;
+      }).or_table(nearest));
 
   key(choice("flatness_unit", slm.flatness.in_nm, {{"levels", false}, {"nm", true}})
           .told_if(false));
@@ -278,8 +268,8 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
        }});
 }
 
-SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
-  auto slm = read_keys(section, SlmSpec{}, wavelength_m, most_bits);
+SlmSpec read_slm(Section section, double wavelength_m, int most_bits, const SlmSpec& from) {
+  auto slm = read_keys(section, from, wavelength_m, most_bits);
   const bool needs_carrier = slm.encoding == Encoding::off_axis || slm.encoding == Encoding::lee;
   if (needs_carrier && slm.carrier == glm::dvec2(0) && slm.shift_m == glm::dvec2(0))
     section.fail("encoding " + in_quotes(name_of(slm.encoding)) +
@@ -288,8 +278,7 @@ SlmSpec read_slm(Section section, double wavelength_m, int most_bits) {
   return slm;
 }
 
-Illumination read_illumination(Section section) {
-  Illumination light;
+Illumination read_illumination(Section section, Illumination light) {
   section.read("focus", [&](const Value& v) {
     if (v.is("parallel")) return;
     light.focus_m = v.length_m(between(-1e4, 1e4));
@@ -312,12 +301,14 @@ SlmSpec load_slm(const std::filesystem::path& file, double wavelength_m,
 }
 
 SlmSpec parse_slm(const SceneText& text, double wavelength_m,
-                  const std::vector<std::string>& overrides) {
+                  const std::vector<std::string>& overrides, const SlmSpec& from) {
   const Document document = parse_document(text, overrides);
   Section root(document, document.root, "", "");
-  auto slm = read_slm(root.section("slm"), wavelength_m, 10);
-  slm.illumination = read_illumination(root.section("illumination"));
-  root.finish();
+  auto slm = read_slm(root.section("slm"), wavelength_m, 10, from);
+  slm.illumination = read_illumination(root.section("illumination"), from.illumination);
+  const bool is_scene = document.root.contains("object") || document.root.contains("scene");
+  if (!is_scene) root.finish();
+  slm.notes = document.notes;
   return slm;
 }
 

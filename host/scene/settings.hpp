@@ -30,6 +30,7 @@ struct Setting {
   const char* word{};                              // in place of a value: what is there stays
   const char* needs{};                             // what to give where the key is missing
   Use then{};                                      // after `convert`
+  std::function<Value(const Value&)> of_table{};   // takes the value out of a table of them
 
   Setting& or_word(const char* text) { return word = text, *this; }
   Setting& or_auto() { return or_word("auto"); }
@@ -37,10 +38,13 @@ struct Setting {
   Setting& told_if(bool is_told) { return is_told ? *this : as(""); }
   Setting& needing(const char* what) { return needs = what, *this; }
   Setting& and_then(Use use) { return then = std::move(use), *this; }
+  Setting& or_table(std::function<Value(const Value&)> of) {
+    return of_table = std::move(of), *this;
+  }
 
   void read(const Value& v) const {
     if (word && v.is(word)) return;
-    convert(v);
+    convert(of_table && v.node->is_table() ? of_table(v) : v);
     if (then) then(v);
   }
 };

@@ -13,6 +13,7 @@
 #include <vector>
 
 #include "host/scene/image.hpp"
+#include "host/scene/lut.hpp"
 
 namespace raywave {
 
@@ -92,9 +93,9 @@ struct SlmSpec {
   int levels_per_turn = 256;  // grey levels to a turn of phase
   bool invert = false;        // phase falls as grey rises
   double offset_turns = 0;    // added to every phase
-  // Phase in turns, or amplitude, that each grey level shows at the hologram's wavelength; strictly
-  // monotone. Empty: linear
-  std::vector<double> lut;
+  // Phase in turns, or amplitude, that grey levels show at the hologram's wavelength; it never turns
+  // back. Empty: linear
+  Lut lut;
   FlatnessSpec flatness;
   std::vector<ZernikeTerm> zernike;  // added; radius of the unit disc: half of the longer side
   glm::dvec2 carrier{0, 0};          // cycles per pixel: moves the picture off the zero order
@@ -106,6 +107,7 @@ struct SlmSpec {
   int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
   std::optional<StopSpec> stop;         // empty: all light passes
   Illumination illumination;            // what it adds to the light is taken off
+  std::vector<std::string> notes;       // for the user, of a file of its own: a line each
 };
 
 /// Grey levels that a pixel can take.

@@ -29,7 +29,7 @@ def _toml(value: Value) -> str:
     if hasattr(value, "tolist"):  # NumPy
         return _toml(value.tolist())
     if isinstance(value, (list, tuple)):
-        return "[" + ", ".join(_toml(item) for item in value) + "]"
+        return "[" + ",\n".join(_toml(item) for item in value) + "]"
     if isinstance(value, (int, float)):
         return repr(value)
     raise _core.InputError(f"a scene has no values of the type {type(value).__name__}")

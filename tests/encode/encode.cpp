@@ -92,13 +92,13 @@ DEVICE_TEST("10 bits by a LUT, and amplitudes, are the nearest level within a st
   auto by_lut = of_10_bits();
   for (int level = 0; level < 1024; ++level) {
     const double x = level / 1023.0;
-    by_lut.lut.push_back(1.05 * (0.7 * x + 0.3 * x * x));
+    by_lut.lut.values.push_back(1.05 * (0.7 * x + 0.3 * x * x));
   }
   const auto field = random_field(20000);
   const auto levels = wide_levels_of(device, field, by_lut);
   double largest = 0;
   for (std::size_t i = 0; i < field.size(); ++i) {
-    const double away = by_lut.lut[levels[i]] - turns_of(field[i]);
+    const double away = by_lut.lut.values[levels[i]] - turns_of(field[i]);
     largest = std::max(largest, std::abs(away - std::round(away)));
   }
   // Half of the LUT's widest step, and half a step of the table of phases
@@ -257,8 +257,15 @@ DEVICE_TEST("phases are shown to half a level, whatever the SLM's levels") {
   add("2 levels", 0.25 + step, [](auto& s) { s.levels = 2; });
   add("4 levels", 0.125 + step, [](auto& s) { s.levels = 4; });
   add("16 levels", 1.0 / 32 + 0.5 / 256 + step, [](auto& s) { s.levels = 16; });
-  add("a curved LUT", 1.1 * 1.3 / 255 / 2 + step, [&](auto& s) { s.lut = curved; });
-  add("a falling LUT over 2.5 turns", 2.5 / 255 / 2 + step, [&](auto& s) { s.lut = falling; });
+  add("a curved LUT", 1.1 * 1.3 / 255 / 2 + step, [&](auto& s) { s.lut.values = curved; });
+  add("a falling LUT over 2.5 turns", 2.5 / 255 / 2 + step,
+      [&](auto& s) { s.lut.values = falling; });
+  std::vector<int> fourth;
+  for (int level = 0; level < 256; level += 4) fourth.push_back(level);
+  add("every fourth level", 0.5 / 64 + step, [&](auto& s) {
+    s.lut.levels = fourth;
+    for (const int level : fourth) s.lut.values.push_back(level / 256.0);
+  });
   for (const auto& [name, slm, bound] : cases) {
     INFO(name);
     const auto field = random_field(20000);
@@ -273,6 +280,10 @@ DEVICE_TEST("phases are shown to half a level, whatever the SLM's levels") {
     }
     CHECK(largest <= bound + 1e-6);
     CHECK(largest > bound / 3);
+    const auto& listed = slm.lut.levels;
+    for (const int level : levels)
+      if (!listed.empty() && std::find(listed.begin(), listed.end(), level) == listed.end())
+        FAIL("level " << level << " is not listed");
   }
 }
 
@@ -485,7 +496,7 @@ DEVICE_TEST(
   falling.invert = true;
   CHECK(levels_of(device, falling, size, field).front() == 256 - plain + 30);
   auto table = slm;
-  for (int level = 0; level < 256; ++level) table.lut.push_back(-level / 256.0);
+  for (int level = 0; level < 256; ++level) table.lut.values.push_back(-level / 256.0);
   CHECK(levels_of(device, table, size, field).front() == 256 - plain + 30);
 }
 

@@ -36,8 +36,8 @@ struct Bench {
                    return std::to_string(i) + ", " + std::to_string(1 - i / 2550.0);
                  }));
     folder.write("turns_back.txt", lut_text([](int i) { return std::to_string(i % 200); }));
-    folder.write("flat.txt", lut_text([](int i) { return std::to_string(i / 2); }));
-    folder.write("short.txt", "0 0.5 1");
+    folder.write("flat.txt", lut_text([](int) { return "0.25"; }));
+    folder.write("short.txt", "0.5");
     folder.write("words.txt", lut_text([](int i) { return i == 7 ? "about 3" : "1"; }));
     folder.write("nan.txt", lut_text([](int i) { return i == 7 ? "nan" : "1"; }));
     folder.write("shuffled.txt", lut_text([](int i) {
@@ -92,8 +92,8 @@ stop_centre = [0.05, -0.02])");
   CHECK(slm.levels == 16);
   CHECK(slm.levels_per_turn == 254);
   CHECK(slm.offset_turns == -0.25);
-  REQUIRE(slm.lut.size() == 256);
-  CHECK(slm.lut[50] == Approx(1 - 50 / 2550.0));
+  REQUIRE(slm.lut.values.size() == 256);
+  CHECK(slm.lut.values[50] == Approx(1 - 50 / 2550.0));
   CHECK(slm.carrier == glm::dvec2(0.25, -0.1));
   CHECK(slm.lens_m.value() == Approx(-0.3));
   REQUIRE(slm.zernike.size() == 2);
@@ -127,9 +127,8 @@ TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
   std::string wide;
   for (int i = 0; i < 1024; ++i) wide += std::to_string(i / 1000.0) + "\n";
   bench.folder.write("wide.txt", wide);
-  CHECK(bench.load("bits = 10\nlut = \"wide.txt\"").lut.size() == 1024);
-  CHECK_THAT(bench.refusal("bits = 10\nlut = \"rising.txt\""),
-             ContainsSubstring("a LUT has a number for each of 1024 levels, got 256"));
+  CHECK(bench.load("bits = 10\nlut = \"wide.txt\"").lut.values.size() == 1024);
+  CHECK_THAT(bench.refusal("lut = \"wide.txt\""), ContainsSubstring("got 1024 numbers"));
   bench.folder.write("ball.obj", "");
   const auto scene = bench.folder.write(
       "scene.toml",
@@ -148,7 +147,7 @@ TEST_CASE("keys of [slm] left out have the documented defaults") {
   CHECK(slm.levels_per_turn == 256);
   CHECK_FALSE(slm.invert);
   CHECK(slm.offset_turns == 0);
-  CHECK(slm.lut.empty());
+  CHECK(slm.lut.values.empty());
   CHECK(slm.flatness.picture.pixels.empty());
   CHECK(slm.zernike.empty());
   CHECK(slm.carrier == glm::dvec2(0));
@@ -162,13 +161,85 @@ TEST_CASE("keys of [slm] left out have the documented defaults") {
 
 TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of the scene itself") {
   const Bench bench;
-  CHECK(bench.load("lut = \"rising.txt\"").lut[255] == Approx(1));
-  CHECK(bench.load("lut = \"falling.csv\"").lut[255] == Approx(0.9));
-  CHECK(bench.load("lut = \"falling.csv\"\nlut_unit = \"radians\"").lut[255] ==
+  CHECK(bench.load("lut = \"rising.txt\"").lut.values[255] == Approx(1));
+  CHECK(bench.load("lut = \"falling.csv\"").lut.values[255] == Approx(0.9));
+  CHECK(bench.load("lut = \"falling.csv\"\nlut_unit = \"radians\"").lut.values[255] ==
         Approx(0.9 / (2 * std::numbers::pi)));
   std::string numbers;
   for (int i = 0; i < 256; ++i) numbers += std::to_string(i / 64.0) + (i % 8 == 7 ? ",\n" : ", ");
-  CHECK(bench.load("lut = [" + numbers + "]").lut[17] == Approx(17 / 64.0));
+  CHECK(bench.load("lut = [" + numbers + "]").lut.values[17] == Approx(17 / 64.0));
+}
+
+TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and any order is read") {
+  const Bench bench;
+  const auto read = [&](const std::string& file) {
+    return bench.load("lut = \"" + file + "\"").lut;
+  };
+  const std::vector<double> three{0, 0.25, 1};
+  bench.folder.write("few.txt", "0 0.25 1");
+  CHECK(read("few.txt") == Lut{{}, three});
+  bench.folder.write("heading.csv", "Grey level,Phase (turns)\n200,1\n0,0\n100,0.25\n");
+  CHECK(read("heading.csv") == Lut{{0, 100, 200}, three});
+  bench.folder.write("german.csv", "Stufe;Phase\r\n0;0,0\r\n100;0,25\r\n200;1,0\r\n");
+  CHECK(read("german.csv") == Lut{{0, 100, 200}, three});
+  CHECK(bench.load("lut = [[0, 0], [100, 0.25], [200, 1]]").lut == Lut{{0, 100, 200}, three});
+
+  // np.save of numbers[3], and of levels and numbers in columns that lie behind each other
+  const auto npy = [&](const std::string& shape, const char* fortran, std::vector<double> numbers) {
+    std::string header =
+        std::string("{'descr': '<f8', 'fortran_order': ") + fortran + ", 'shape': " + shape + ", }";
+    header.resize(117, ' ');
+    header += '\n';
+    std::string bytes =
+        "\x93NUMPY\x01" + std::string(1, '\0') + "v" + std::string(1, '\0') + header;
+    for (const double number : numbers)
+      bytes.append(reinterpret_cast<const char*>(&number), sizeof number);
+    return bytes;
+  };
+  bench.folder.write("list.npy", npy("(3,)", "False", three));
+  CHECK(read("list.npy") == Lut{{}, three});
+  bench.folder.write("table.npy", npy("(3, 2)", "True", {0, 100, 200, 0, 0.25, 1}));
+  CHECK(read("table.npy") == Lut{{0, 100, 200}, three});
+  bench.folder.write("cut.npy", npy("(4,)", "False", three));
+  CHECK_THAT(bench.refusal("lut = \"cut.npy\""), ContainsSubstring("cut.npy: is cut short"));
+}
+
+TEST_CASE("a LUT that turns back a little becomes the nearest that does not, and a note says so") {
+  const Bench bench;
+  // Least squares by hand: 0.3 and 0.26 become 0.28 twice; 0.4, 0.4 and 0.4 are a plateau
+  const auto slm = bench.load("lut = [0, 0.3, 0.26, 0.4, 0.4, 0.4, 0.9]");
+  const std::vector<double> wanted{0, 0.28, 0.28, 0.4, 0.4, 0.4, 0.9};
+  REQUIRE(slm.lut.values.size() == wanted.size());
+  for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(slm.lut.values[i] == Approx(wanted[i]));
+  REQUIRE(slm.notes.size() == 1);
+  CHECK_THAT(slm.notes[0], ContainsSubstring("lut: it turns back, by up to 0.02 turns"));
+  CHECK(bench.load("lut = [0, 0.3, 0.3, 0.9]").notes.empty());
+}
+
+TEST_CASE("what depends on the wavelength may be a table by wavelength, as a LUT") {
+  const Bench bench;
+  const std::string keys = R"(levels_per_turn = { "638 nm" = 216, "520 nm" = 170 }
+carrier = { "638 nm" = [0.25, 0], "520 nm" = [0.2, 0.1] }
+zernike = { "638 nm" = [[4, 0.1]], "520 nm" = [] })";
+  const auto red = bench.load(keys), green = bench.load(keys, {}, 520e-9);
+  CHECK(red.levels_per_turn == 216);
+  CHECK(green.levels_per_turn == 170);
+  CHECK(red.carrier == glm::dvec2(0.25, 0));
+  CHECK(green.carrier == glm::dvec2(0.2, 0.1));
+  CHECK(red.zernike.size() == 1);
+  CHECK(green.zernike.empty());
+  const std::string shift = R"(shift = { "638 nm" = ["1 mm", 0], "520 nm" = ["2 mm", 0] })";
+  CHECK(bench.load(shift, {}, 520e-9).shift_m.x == Approx(2e-3));
+  CHECK_THAT(bench.refusal("levels_per_turn = { \"450 nm\" = 100 }"),
+             ContainsSubstring("levels_per_turn has \"450 nm\", none within 1 nm of 638 nm"));
+}
+
+TEST_CASE("a number of levels that looks like grey levels to a turn gets a note") {
+  const Bench bench;
+  REQUIRE(bench.load("levels = 217").notes.size() == 1);
+  CHECK_THAT(bench.load("levels = 217").notes[0], ContainsSubstring("give levels_per_turn"));
+  CHECK(bench.load("levels = 16\n").notes.empty());
+  CHECK(bench.load("levels = 128\n").notes.empty());
 }
 
 TEST_CASE("of LUTs by wavelength, the nearest within 1 nm is taken, and no other is read") {
@@ -179,23 +250,23 @@ TEST_CASE("of LUTs by wavelength, the nearest within 1 nm is taken, and no other
       "[slm.lut]\n\"638 nm\" = \"rising.txt\"\n\"532 nm\" = \"falling.csv\"\n";
   for (const auto& keys : {line, section}) {
     for (const double near_m : {637e-9, 638e-9, 639e-9})
-      CHECK(bench.load(keys, {}, near_m).lut[255] == Approx(1));
-    CHECK(bench.load(keys, {}, 532.4e-9).lut[255] == Approx(0.9));
+      CHECK(bench.load(keys, {}, near_m).lut.values[255] == Approx(1));
+    CHECK(bench.load(keys, {}, 532.4e-9).lut.values[255] == Approx(0.9));
   }
   // Both are within 1 nm, and the nearer one is not the first.
   const std::string close = R"(lut = { "637.4 nm" = "rising.txt", "638.2 nm" = "falling.csv" })";
-  CHECK(bench.load(close, {}, 637.7e-9).lut[255] == Approx(1));
-  CHECK(bench.load(close, {}, 637.9e-9).lut[255] == Approx(0.9));
-  CHECK(bench.load("lut_unit = \"radians\"\n" + line, {}, 532e-9).lut[255] ==
+  CHECK(bench.load(close, {}, 637.7e-9).lut.values[255] == Approx(1));
+  CHECK(bench.load(close, {}, 637.9e-9).lut.values[255] == Approx(0.9));
+  CHECK(bench.load("lut_unit = \"radians\"\n" + line, {}, 532e-9).lut.values[255] ==
         Approx(0.9 / (2 * std::numbers::pi)));
-  CHECK(bench.load(line, {"slm.lut.638 nm=\"falling.csv\""}).lut[255] == Approx(0.9));
-  CHECK(bench.load(line, {"slm.lut=\"falling.csv\""}).lut[255] == Approx(0.9));
+  CHECK(bench.load(line, {"slm.lut.638 nm=\"falling.csv\""}).lut.values[255] == Approx(0.9));
+  CHECK(bench.load(line, {"slm.lut=\"falling.csv\""}).lut.values[255] == Approx(0.9));
   // A scene takes its own wavelength.
   bench.folder.write("ball.obj", "");
   const auto scene = load_scene(bench.folder.write(
       "scene.toml", "[hologram]\nwavelength = \"532 nm\"\n[slm]\n" + line +
                         "\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"ball.obj\"\n"));
-  CHECK(scene.slm.lut[255] == Approx(0.9));
+  CHECK(scene.slm.lut.values[255] == Approx(0.9));
 }
 
 TEST_CASE("a wrong value in [slm] is refused with its line and what would be right") {
@@ -219,27 +290,31 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
       {"lut_unit = \"degrees\"",
        "slm.toml:2: slm: lut_unit must be \"turns\" or \"radians\", got \"degrees\""},
       {"\nlut = \"turns_back.txt\"",
-       "slm.toml:3: slm: lut must rise or fall from level to level; level 200 shows 0 after 199"},
-      {"lut = \"flat.txt\"",
-       "slm.toml:2: slm: lut must rise or fall from level to level; level 1 shows 0 after 0"},
-      {"lut = \"short.txt\"", "short.txt: a LUT has a number for each of 256 levels, got 3"},
-      {"lut = \"empty.txt\"", "empty.txt: a LUT has a number for each of 256 levels, got 0"},
+       "slm.toml:3: slm: lut must rise or fall from level to level; level 200 shows 0 after 199"
+       ": phases that wrap need unwrapping"},
+      {"lut = \"flat.txt\"", "slm.toml:2: slm: lut shows 0.25 at every level"},
+      {"lut = \"short.txt\"",
+       "short.txt: a LUT has a number for each level, 2 to 256 of them, or a line for each with "
+       "level "
+       "and number; got 1 numbers"},
+      {"lut = \"empty.txt\"", "empty.txt: a LUT has a number for each level, 2 to 256 of them"},
       {"lut = \"words.txt\"", "words.txt:9: \"about\" is no number"},
       {"lut = \"nan.txt\"", "nan.txt:9: \"nan\" is no number"},
-      {"lut = \"shuffled.txt\"", "shuffled.txt:11: level 9 expected, got 10"},
+      {"lut = \"shuffled.txt\"", "shuffled.txt: level 10 is there twice"},
       {"lut = \"ragged.txt\"", "ragged.txt:22: two columns expected, level and phase, got 1"},
       {"lut = \"large.txt\"", "large.txt: too large for a LUT (at most 1 MiB)"},
       {"lut = \"none.txt\"", "slm.toml:2: slm: lut must be a file (there is none at \"none.txt\")"},
-      {"lut = [0, 1]", "slm.toml:2: slm: lut must be 256 numbers, or the name of a file"},
+      {"lut = [0]",
+       "slm.toml:2: slm: lut must be 2 to 256 numbers, pairs [level, number], or the name of a "
+       "file"},
       {"\nlut = { \"532 nm\" = \"rising.txt\", \"450 nm\" = \"rising.txt\" }",
-       "slm.toml:3: slm: lut has \"450 nm\", \"532 nm\", none within 1 nm of 638 nm; add \"638 "
-       "nm\" "
-       "= \"FILE\""},
+       "slm.toml:3: slm: lut has \"450 nm\", \"532 nm\", none within 1 nm of 638 nm; add one of "
+       "\"638 nm\""},
       {"lut = { \"636.9 nm\" = \"rising.txt\" }",
        "slm.toml:2: slm: lut has \"636.9 nm\", none within 1 nm of 638 nm"},
-      {"lut = {}", "slm.toml:2: slm: lut has no wavelength; add \"638 nm\" = \"FILE\""},
+      {"lut = {}", "slm.toml:2: slm: lut has no wavelength; add one of \"638 nm\""},
       {"lut = { red = \"rising.txt\" }",
-       "slm.toml:2: slm: lut: a key of a table of LUTs must be a length such as "},
+       "slm.toml:2: slm: lut: a key of a table by wavelength must be a length such as "},
       {"lut = { 638 = \"rising.txt\" }",
        "slm.toml:2: slm: lut: \"638\" is no wavelength of 1 nm to 10 mm; give keys with a unit, "
        "such "
@@ -249,10 +324,10 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
        "them"},
       {"lut = { \"638 nm\" = \"none.txt\" }",
        "slm.toml:2: slm: lut.\"638 nm\" must be a file (there is none at \"none.txt\")"},
-      {"lut = { \"638 nm\" = [0, 1] }",
-       "slm.toml:2: slm: lut.\"638 nm\" must be 256 numbers, or the name of a file"},
+      {"lut = { \"638 nm\" = [0] }",
+       "slm.toml:2: slm: lut.\"638 nm\" must be 2 to 256 numbers, pairs [level, number]"},
       {"lut = { \"638 nm\" = \"flat.txt\" }",
-       "slm.toml:2: slm: lut.\"638 nm\" must rise or fall from level to level; level 1 shows 0"},
+       "slm.toml:2: slm: lut.\"638 nm\" shows 0.25 at every level"},
       {"invert = true\nlut = \"rising.txt\"",
        "slm.toml:3: slm: lut must be given without invert: the LUT says itself whether phase falls "
        "as grey rises"},
@@ -295,8 +370,13 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
              ContainsSubstring("--set slm.levels=1: slm: levels must be 2 to 256, got 1"));
 }
 
-TEST_CASE("a file of an SLM holds [slm] and nothing else, and a scene may hold it, too") {
+TEST_CASE("a file of an SLM holds [slm] and nothing else, or is a scene, which may hold it, too") {
   const Bench bench;
+  CHECK(load_slm(bench.folder.write("whole.toml",
+                                    "[slm]\nflip = \"y\"\n[hologram]\npitch = \"8 um\"\n"
+                                    "[[object]]\nmesh = \"ball.obj\"\n"),
+                 638e-9)
+            .flip_y);
   CHECK_THAT(bench.refusal("[hologram]\n"), ContainsSubstring("unknown key \"hologram\""));
   bench.folder.write("ball.obj", "");
   const auto scene = load_scene(
@@ -340,7 +420,7 @@ TEST_CASE("a LUT that begins with a byte order mark is read") {
   std::string text = "\xef\xbb\xbf";
   for (int i = 0; i < 256; ++i) text += std::to_string(i / 255.0) + "\r\n";
   bench.folder.write("marked.csv", text);
-  CHECK(bench.load("lut = \"marked.csv\"").lut[255] == Approx(1));
+  CHECK(bench.load("lut = \"marked.csv\"").lut.values[255] == Approx(1));
 }
 
 TEST_CASE("a LUT of voltages is refused with the range that phases have") {
