@@ -160,14 +160,18 @@ def write_obj(rng, folder, name, shapes):
     if way == "colours":
         scale = rng.choice([1, 255])
         alpha = rng.choice(["", " 1", " 255"]) if scale == 255 else rng.choice(["", " 1.0"])
+        w = rng.choice(["", "", " 1.0"]) if scale == 255 else ""
         for i, (shape, face) in enumerate(zip(shapes, faces)):
             rgb = byte_colour(rng)
             if i == 0 and scale == 255:
                 rgb[0] = 255
             shape.shown = matt(rgb)
             for p in face:
-                behind[p] = "".join(f" {c / 255 * scale:.6g}" for c in rgb) + alpha
+                behind[p] = ("".join(f" {c / 255 * scale:.6g}" for c in rgb) + alpha if w == ""
+                             else w + "".join(f" {c / 255 * scale:.6g}" for c in rgb))
     places = []
+    # Some tools write Tr for opacity
+    opacity = rng.choice(["d 1", "Tr 0", "d 1.0", "d -halo 1", "Tr 1"])
     for i, shape in enumerate(shapes):
         if way == "plain":
             shape.shown = PLAIN
@@ -176,7 +180,7 @@ def write_obj(rng, folder, name, shapes):
         ka, kd = ([rng.random() for _ in range(3)] for _ in range(2))
         mtl += [rng.choice(["newmtl m %d", "  newmtl m %d "]) % i]
         said = ["Ka " + " ".join(number(rng, c) for c in ka),
-                "Kd " + " ".join(number(rng, c) for c in kd), rng.choice(["d 1", "Tr 0", "d 1.0"]),
+                "Kd " + " ".join(number(rng, c) for c in kd), opacity,
                 rng.choice(["illum 1", "Ns 10", "Ni 1.5"])]
         if way == "picture":
             u, v = rng.randrange(4), rng.randrange(4)
@@ -285,6 +289,9 @@ def write_ply(rng, folder, name, shapes):
             shape.shown = matt(PICTURE[3 - v][u])
         (folder / "a picture.png").write_bytes(png(PICTURE))
     elements = [("vertex", vertex, values), ("face", face, rows)]
+    if way in ("none", "vertex") and all(len(f) == 4 for f in faces):
+        strips = [[f[0], f[1], f[3], f[2], -1] for f in faces]
+        elements[1] = ("tristrips", [("vertex_indices", ("int", "int"))], [[sum(strips, [])]])
     for at in rng.sample(range(3), rng.randint(0, 2)):
         elements.insert(at, (f"other{at}", [("n", "uchar"), ("l", ("uchar", "double"))],
                              [[10, [1, 2]], [13, []]]))
