@@ -273,4 +273,22 @@ TEST_CASE("damaged STL and OFF files load, or are refused in one line") {
   }
 }
 
+TEST_CASE("an AMF without colours has none, and a RAW that Assimp loses parts of is refused") {
+  const Folder folder;
+  const std::string one = "1.0 0.5 0.0 0.0 0.0 0.0 1.0 0.0 0.0 0.0 1.0 0.0\n",
+                    raw = "One\n" + one + one + "\n\n";
+  CHECK(area_of(load(folder.write("a.raw", raw))) == 1);
+  CHECK_THAT(refusal(folder.write("b.raw", raw + "Two\n" + one + one)),
+             ContainsSubstring("Assimp cannot read it") && ContainsSubstring("export it as glTF"));
+  std::string corners;
+  for (const char* at : {"<x>0</x><y>0</y>", "<x>1</x><y>0</y>", "<x>0</x><y>1</y>"})
+    corners += std::string("<vertex><coordinates>") + at + "<z>0</z></coordinates></vertex>";
+  const auto amf = load(folder.write(
+      "a.amf", "<?xml version=\"1.0\"?>\n<amf><object id=\"1\"><mesh><vertices>" + corners +
+                   "</vertices><volume><triangle><v1>0</v1><v2>1</v2><v3>2</v3></triangle>"
+                   "</volume></mesh></object></amf>\n"));
+  CHECK(area_of(amf) == 0.5);
+  CHECK(amf.colours.empty());
+}
+
 }  // namespace raywave

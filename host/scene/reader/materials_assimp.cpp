@@ -262,21 +262,27 @@ unsigned MaterialReader::coordinates_of(const aiMesh& part) const {
   return 0;
 }
 
+bool has_colours(const aiMesh& part) {
+  const auto* colours = part.mColors[0];
+  return colours && std::any_of(colours, colours + part.mNumVertices,
+                                [](const aiColor4D& c) { return c != aiColor4D(0, 0, 0, 0); });
+}
+
 std::int32_t MaterialReader::material_of(const aiMesh& part) {
   if (part.mMaterialIndex >= scene_.mNumMaterials) return -1;
-  const bool has_colours = part.HasVertexColors(0);
-  const auto [known, is_new] = known_.try_emplace({part.mMaterialIndex, has_colours}, -1);
+  const bool coloured = has_colours(part);
+  const auto [known, is_new] = known_.try_emplace({part.mMaterialIndex, coloured}, -1);
   if (!is_new) return known->second;
   const auto& from = *scene_.mMaterials[part.mMaterialIndex];
   MeshMaterial material;
   if (is_default(from)) {
-    if (!has_colours) return -1;
+    if (!coloured) return -1;
     material.name = "colours of vertices";
     material.look.vertex_colours = 1;
     material.look.ambient = glm::dvec3(1);
     material.look.two_sided = 1;
   } else {
-    material = MaterialTranslation(*this, from, coordinates_of(part)).translated(has_colours);
+    material = MaterialTranslation(*this, from, coordinates_of(part)).translated(coloured);
   }
   if (mesh_.materials.size() >= most_materials_of_file)
     throw InputError("more than " + std::to_string(most_materials_of_file) + " materials");

@@ -14,6 +14,9 @@ struct aiMesh;
 
 namespace raywave {
 
+/// False also where Assimp gives a file without colours black ones that nothing shows (AMF).
+bool has_colours(const aiMesh& part);
+
 /// The materials of a file, translated on demand.
 class MaterialReader {
 public:

@@ -61,7 +61,8 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
             Mesh& raw) {
   const auto material = materials.material_of(part);
   const unsigned coordinates = materials.coordinates_of(part);
-  if (part.HasVertexColors(0)) raw.colours.resize(raw.positions.size(), glm::vec4(1));
+  const bool coloured = has_colours(part);
+  if (coloured) raw.colours.resize(raw.positions.size(), glm::vec4(1));
   if (part.HasBones()) note_once(raw, "bones are ignored");
   if (part.mNumAnimMeshes > 0) note_once(raw, "morph targets are ignored");
   const auto first = static_cast<glm::uint>(raw.positions.size());
@@ -84,7 +85,7 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
                               ? to_glm(part.mTextureCoords[coordinates][i])
                               : glm::dvec3(0);
     raw.uvs.push_back(is_finite(uv) ? glm::dvec2(uv) : glm::dvec2(0));
-    if (part.HasVertexColors(0)) raw.colours.push_back(colour_of(part.mColors[0][i]));
+    if (coloured) raw.colours.push_back(colour_of(part.mColors[0][i]));
   }
   if (!raw.colours.empty()) raw.colours.resize(raw.positions.size(), glm::vec4(1));
   std::vector<glm::dvec3> corners;
@@ -199,12 +200,14 @@ void keep_surfaces(aiScene& scene) {
   });
   std::vector<aiNode*> pending{scene.mRootNode};
   while (!pending.empty()) {
-    aiNode& node = *pending.back();
+    auto* const there = pending.back();
     pending.pop_back();
+    if (!there) continue;  // left for validation, as of RAW files with several parts
+    aiNode& node = *there;
     unsigned kept = 0;
     for (unsigned i = 0; i < node.mNumMeshes; ++i) {
       const auto part = node.mMeshes[i];
-      // One that is not there is left for validation to find
+      // One that is not there is left for validation, too
       const int now = part < place.size() ? place[part] : static_cast<int>(scene.mNumMeshes);
       if (now >= 0) node.mMeshes[kept++] = static_cast<unsigned>(now);
     }
