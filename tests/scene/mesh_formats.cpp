@@ -291,4 +291,28 @@ TEST_CASE("an AMF without colours has none, and a RAW that Assimp loses parts of
   CHECK(amf.colours.empty());
 }
 
+TEST_CASE("a mesh all of whose materials are wholly transparent is shown, with a note") {
+  const Folder folder;
+  const auto of = [&](const std::string& first, const std::string& second) {
+    std::string text = "AC3Db\n", parts;
+    for (const auto& [place, trans] :
+         {std::pair<std::string, std::string>{"0", first}, {"1", second}}) {
+      text += "MATERIAL \"m" + place + "\" rgb 1 0 0  amb 0 0 0  emis 0 0 0  spec 0 0 0  shi 1  " +
+              "trans " + trans + "\n";
+      parts += "OBJECT poly\nnumvert 3\n0 0 " + place + "\n1 0 " + place + "\n0 1 " + place +
+               "\nnumsurf 1\nSURF 0x20\nmat " + place + "\nrefs 3\n0 0 0\n1 0 0\n2 0 0\nkids 0\n";
+    }
+    return load(folder.write("a.ac", text + "OBJECT world\nkids 2\n" + parts));
+  };
+  const auto hidden = of("1", "1");
+  REQUIRE(hidden.materials.size() == 2);
+  for (const auto& material : hidden.materials) CHECK(material.look.alpha == 1);
+  REQUIRE(hidden.notes.size() == 1);
+  CHECK_THAT(hidden.notes[0], ContainsSubstring("every material has an opacity of 0"));
+  const auto one = of("1", "0");
+  REQUIRE(one.materials.size() == 2);
+  CHECK(one.materials[0].look.alpha + one.materials[1].look.alpha == 1);
+  CHECK(one.notes.empty());
+}
+
 }  // namespace raywave

@@ -312,24 +312,4 @@ void read_mtl(const fs::path& file, const fs::path& mesh, MeshBuilder& builder,
   MtlReader(file, bytes.bytes(), mesh, builder, materials).read();
 }
 
-void keep_visible(MeshBuilder& builder) {
-  auto& materials = builder.mesh.materials;
-  const auto hides = [](const MeshMaterial& one) { return one.look.alpha == 0; };
-  if (materials.empty()) return;
-  const bool hides_all = std::all_of(materials.begin(), materials.end(), hides);
-  if (hides_all)
-    builder.notes.add(
-        "every material has Tr 1 or d 0, which shows nothing: they are taken as opaque (some tools "
-        "write Tr for opacity)",
-        "");
-  for (auto& one : materials) {
-    if (!hides(one)) continue;
-    if (!hides_all && one.notes.size() < most_notes_of_file)
-      one.notes.emplace_back("Tr 1 or d 0 shows nothing of it");
-    if (!hides_all) continue;
-    one.look.alpha = 1;
-    if (one.look.alpha_map.picture < 0) one.look.alpha_mode = AlphaMode::opaque;
-  }
-}
-
 }  // namespace raywave

@@ -22,8 +22,4 @@ std::optional<std::filesystem::path> file_beside(const std::filesystem::path& fi
 void read_mtl(const std::filesystem::path& file, const std::filesystem::path& mesh,
               MeshBuilder& builder, std::map<std::string, MeshMaterial>& materials);
 
-/// Makes the materials of a mesh opaque where all of them say that nothing is seen, as those of
-/// tools that mean opacity by Tr.
-void keep_visible(MeshBuilder& builder);
-
 }  // namespace raywave

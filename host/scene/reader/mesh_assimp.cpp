@@ -20,6 +20,7 @@
 #include "host/common/error.hpp"
 #include "host/scene/mesh.hpp"
 #include "host/scene/reader/materials_assimp.hpp"
+#include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader/mesh_polygon.hpp"
 #include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
@@ -164,6 +165,8 @@ Mesh flatten(aiScene& scene, const std::filesystem::path& file) {
     for (unsigned i = 0; i < node->mNumChildren; ++i)
       pending.emplace_back(node->mChildren[i], world_from_node);
   }
+  if (const auto note = keep_visible(raw.materials, "an opacity of 0"); !note.empty())
+    raw.notes.push_back(note);
   if (raw.materials.empty()) raw.triangle_material.clear();
   return raw;
 }

@@ -142,6 +142,23 @@ MeshMaterial white_material(const std::string& name) {
   return material;
 }
 
+std::string keep_visible(std::vector<MeshMaterial>& materials, const std::string& said) {
+  const auto hides = [](const MeshMaterial& one) { return one.look.alpha == 0; };
+  if (materials.empty()) return {};
+  const bool hides_all = std::all_of(materials.begin(), materials.end(), hides);
+  for (auto& one : materials) {
+    if (!hides(one)) continue;
+    if (!hides_all && one.notes.size() < most_notes_of_file)
+      one.notes.push_back(said + " shows nothing of it");
+    if (!hides_all) continue;
+    one.look.alpha = 1;
+    if (one.look.alpha_map.picture < 0) one.look.alpha_mode = AlphaMode::opaque;
+  }
+  if (!hides_all) return {};
+  return "every material has " + said +
+         ", which shows nothing: they are taken as opaque (some tools write the opposite)";
+}
+
 std::int32_t add_picture(Mesh& mesh, const std::string& name) {
   const auto cut = name.substr(0, longest_text);
   for (std::size_t i = 0; i < mesh.pictures.size(); ++i)

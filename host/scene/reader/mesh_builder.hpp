@@ -76,6 +76,13 @@ float brightest_of(std::span<const glm::vec4> colours);
 /// A matt material that shows colours of vertices, a picture, or both.
 MeshMaterial white_material(const std::string& name);
 
+/// Makes materials opaque where all of them say that nothing is seen, as those of tools that mean
+/// the opposite: MTL's Tr, Collada's transparency.
+///
+/// said     what says so: "Tr 1 or d 0"
+/// returns  a note for the file; empty: nothing is changed
+std::string keep_visible(std::vector<MeshMaterial>& materials, const std::string& said);
+
 /// Number of the picture of this name in the mesh, which it gets unless there are too many: -1.
 std::int32_t add_picture(Mesh& mesh, const std::string& name);
 

@@ -188,7 +188,8 @@ private:
       }
       numbers[last - 1] = known->second;
     }
-    keep_visible(builder_);
+    if (const auto note = keep_visible(builder_.mesh.materials, "Tr 1 or d 0"); !note.empty())
+      builder_.notes.add(note, "");
     return numbers;
   }
 
