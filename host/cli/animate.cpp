@@ -130,10 +130,9 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     json = json_of(0);
   } else {
     auto& colour = json["colour"];
-    colour = colour_json(scene.colour.value());
+    colour = colour_json(scene.colour.value(), {});
     for (std::size_t i = 0; i < names.size(); ++i) {
       auto& laser = colour["lasers"][i];
-      laser["duty"] = 1.0 / static_cast<double>(names.size());
       laser["files"] = is_stream ? FrameFiles::stream_name : FrameFiles::png_pattern(names[i]);
       laser["report"] = json_of(i);
     }

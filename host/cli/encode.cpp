@@ -92,7 +92,8 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
   nlohmann::ordered_json report;
   if (holograms.lasers) {
     powers = powers_of(holograms.lasers->lasers, lasers);
-    report["colour"] = colour_json({holograms.lasers->lasers});
+    report["colour"] =
+        colour_json({holograms.lasers->lasers, 0, false, holograms.lasers->bench}, powers);
   }
   OutputSet out(options.out);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
@@ -111,8 +112,6 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
       break;
     }
     auto& told = report["colour"]["lasers"][i];
-    told["power"] = powers[i];
-    told["duty"] = 1.0 / static_cast<double>(lasers.size());
     told["mean_irradiance"] = mean_light_of(field);
     told["pictures"] = pictures;
     told["report"] = std::move(of_laser);

@@ -238,9 +238,34 @@ struct Mix {
 
 }  // namespace
 
-double LaserSet::white_error() const {
+double white_error(glm::dvec3 rgb) {
   const auto wanted = xyz_from_srgb() * glm::dvec3(1);
-  return delta_e_2000(lab_of(xyz_from_srgb() * white(), wanted), lab_of(wanted, wanted));
+  return delta_e_2000(lab_of(xyz_from_srgb() * rgb, wanted), lab_of(wanted, wanted));
+}
+
+LaserDrive drive_of(const LaserSet& lasers, const LaserBench& bench,
+                    const std::vector<double>& light) {
+  LaserDrive drive;
+  const auto of = [](const std::vector<double>& values, std::size_t i) {
+    return values.empty() ? 1 : values[i];
+  };
+  for (std::size_t i = 0; i < light.size(); ++i)
+    drive.powers.push_back(light[i] / (of(bench.efficiencies, i) * of(bench.duties, i)));
+  const double sum = std::accumulate(drive.powers.begin(), drive.powers.end(), 0.0);
+  for (double& power : drive.powers) power = sum > 0 ? power / sum : 0;
+  if (bench.powers.empty()) return drive;
+  double largest = 0;
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    drive.shares.push_back(drive.powers[i] / bench.powers[i]);
+    largest = std::max(largest, drive.shares.back());
+  }
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    drive.shares[i] = largest > 0 ? drive.shares[i] / largest : 0;
+    if (drive.shares[i] > 0) drive.full += lasers.rgb[i] / drive.shares[i];
+  }
+  const double luminance = (xyz_from_srgb() * drive.full).y;
+  if (luminance > 0) drive.full /= luminance;
+  return drive;
 }
 
 LaserSet laser_set(const std::vector<double>& wavelengths_m) {

@@ -56,9 +56,28 @@ struct LaserSet {
   std::size_t count() const { return wavelengths_m.size(); }
   /// Linear sRGB of the white that the lasers mix: (1, 1, 1), D65, but for two of them.
   glm::dvec3 white() const { return std::accumulate(rgb.begin(), rgb.end(), glm::dvec3(0)); }
-  /// CIEDE2000 of that white from D65.
-  double white_error() const;
 };
+
+/// CIEDE2000 of a linear sRGB from D65.
+double white_error(glm::dvec3 rgb);
+
+/// Lasers as they are on the bench: a number for each, or nothing.
+struct LaserBench {
+  std::vector<double> powers;        // radiant, at most, in any unit
+  std::vector<double> efficiencies;  // share of the light on the SLM that goes into the picture
+  std::vector<double> duties;        // share of the time; empty: equal ones
+};
+
+/// How the lasers of a bench show white.
+struct LaserDrive {
+  std::vector<double> powers;  // on the SLM, while each is on, relative; their sum is 1
+  std::vector<double> shares;  // of its given power; the largest is 1. Empty: none are given
+  glm::dvec3 full{0};          // linear sRGB of white with all at their given powers; Y is 1
+};
+
+/// light  of each laser in white, times what its picture needs of it (laser_powers)
+LaserDrive drive_of(const LaserSet& lasers, const LaserBench& bench,
+                    const std::vector<double>& light);
 
 /// The mix of lasers for each of sRGB's primaries (docs/colour.md). Three lasers have but one. Two
 /// show the nearest colour, by least squares in linear sRGB. Of more, every three mix the primary:

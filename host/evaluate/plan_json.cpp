@@ -156,7 +156,7 @@ void add_found(const std::vector<FoundMaterials>& found, Json& objects) {
 Json plan_report_json(const std::vector<Planned>& planned, const World& world) {
   const auto& first = planned.at(0).scene;
   if (planned.size() == 1) return json_of(planned[0], world);
-  Json j{{"colour", colour_json(first.colour.value())}};
+  Json j{{"colour", colour_json(first.colour.value(), first.colour->lasers.white_powers)}};
   for (std::size_t i = 0; i < planned.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
     const auto field = field_m(first.hologram, planned[i].plan.hologram.wavelength_m,

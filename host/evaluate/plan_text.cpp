@@ -268,12 +268,15 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
   const auto& lasers = planned.at(0).scene.colour.value().lasers;
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
   out << "colour    " << planned.size() << " lasers in turn; linear sRGB, white D65";
-  if (const double error = lasers.white_error(); error > 0.1) {
+  if (const double error = white_error(lasers.white()); error > 0.1) {
     const auto white = chromaticity_of(xyz_from_srgb() * lasers.white());
     out << ", which is shown as (" << share_text(white.x) << ", " << share_text(white.y)
         << "), a CIEDE2000 of " << format("%.1f", error) << " away";
   }
   out << "\n";
+  if (const auto text = drive_text(planned[0].scene.colour.value(), lasers.white_powers);
+      !text.empty())
+    out << "lasers    " << text << "\n";
   std::vector<Scene> scenes;
   double seconds = 0;
   for (std::size_t i = 0; i < planned.size(); ++i) {

@@ -10,6 +10,7 @@
 #include <stdexcept>
 
 #include "host/common/error.hpp"
+#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/pictures.hpp"
 #include "host/evaluate/device_json.hpp"
@@ -73,12 +74,9 @@ Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
                  cl::FftBackend fft) {
   if (scenes.size() == 1) return render_report_json(scenes[0], result.lasers[0], device, fft);
   Json j{{"raywave", version}};
-  j["colour"] = colour_json(scenes.at(0).colour.value());
-  const double share = 1.0 / static_cast<double>(scenes.size());
+  j["colour"] = colour_json(scenes.at(0).colour.value(), result.powers);
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     auto& laser = j["colour"]["lasers"][i];
-    laser["power"] = result.powers[i];
-    laser["duty"] = share;
     laser["mean_irradiance"] = result.energies[i];
     laser["pictures"] = files[i].pictures;
     if (!files[i].field.empty()) laser["field"] = files[i].field;
@@ -88,11 +86,11 @@ Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
   return j;
 }
 
-Json colour_json(const ColourSpec& colour) {
+Json colour_json(const ColourSpec& colour, const std::vector<double>& light) {
   Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
   const auto white = chromaticity_of(xyz_from_srgb() * colour.lasers.white());
   j["white_shown"] = {{"chromaticity", {white.x, white.y}},
-                      {"delta_e_2000", colour.lasers.white_error()}};
+                      {"delta_e_2000", white_error(colour.lasers.white())}};
   for (std::size_t i = 0; i < colour.lasers.count(); ++i) {
     const auto row = colour.lasers.from_rgb[i];
     j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
@@ -100,7 +98,38 @@ Json colour_json(const ColourSpec& colour) {
                            {"from_rgb", {row.x, row.y, row.z}},
                            {"most_clipped", most_negative(colour.lasers, i)}});
   }
+  const auto& bench = colour.bench;
+  const auto& [powers, efficiencies, duties] = bench;
+  j["bench"] = {{"power", powers}, {"efficiency", efficiencies}, {"duty", duties}};
+  for (std::size_t i = 0; i < colour.lasers.count(); ++i)
+    j["lasers"][i]["duty"] =
+        bench.duties.empty() ? 1 / static_cast<double>(colour.lasers.count()) : bench.duties[i];
+  if (light.empty()) return j;
+  const auto drive = drive_of(colour.lasers, bench, light);
+  for (std::size_t i = 0; i < light.size(); ++i) {
+    auto& laser = j["lasers"][i];
+    laser["power"] = light[i];
+    laser["beam_power"] = drive.powers[i];
+    if (!drive.shares.empty()) laser["share_of_given_power"] = drive.shares[i];
+  }
+  if (!drive.shares.empty()) {
+    const auto full = chromaticity_of(xyz_from_srgb() * drive.full);
+    j["white_at_given_powers"] = {{"chromaticity", {full.x, full.y}},
+                                  {"delta_e_2000", white_error(drive.full)}};
+  }
   return j;
+}
+
+std::string drive_text(const ColourSpec& colour, const std::vector<double>& light) {
+  const auto drive = drive_of(colour.lasers, colour.bench, light);
+  if (drive.shares.empty()) return "";
+  std::string text = "white by ";
+  for (std::size_t i = 0; i < light.size(); ++i)
+    text += (i > 0 ? ", " : "") + percent_text(drive.shares[i]) + " at " +
+            length_text(colour.lasers.wavelengths_m[i]);
+  const auto full = chromaticity_of(xyz_from_srgb() * drive.full);
+  return text + " of the given powers; all in full show (" + format("%.3f, %.3f", full.x, full.y) +
+         "), a CIEDE2000 of " + format("%.1f", white_error(drive.full)) + " from D65";
 }
 
 std::string laser_suffix(double wavelength_m, std::size_t lasers) {
@@ -180,6 +209,16 @@ std::optional<ReportedLasers> lasers_of_report(const std::filesystem::path& repo
                              laser.value("field", ""), laser.value("refined", "")});
     }
     found.lasers = laser_set(wavelengths_m);
+    if (const auto& colour = json.at("colour"); colour.contains("bench")) {
+      const auto read = [&](const char* key, std::vector<double>& numbers) {
+        colour.at("bench").at(key).get_to(numbers);
+        if (!numbers.empty() && numbers.size() != all.size())
+          throw InputError(one_line(report.string()) + ": has not a " + key + " of each laser");
+      };
+      read("power", found.bench.powers);
+      read("efficiency", found.bench.efficiencies);
+      read("duty", found.bench.duties);
+    }
     return found;
   } catch (const nlohmann::json::exception& error) {
     refuse_damaged(report, error);

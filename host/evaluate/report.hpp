@@ -30,7 +30,12 @@ struct LaserFiles {
 };
 
 /// What reports say of the lasers.
-nlohmann::ordered_json colour_json(const ColourSpec& colour);
+///
+/// light  that the picture needs of each laser, relative (laser_powers); empty: not known
+nlohmann::ordered_json colour_json(const ColourSpec& colour, const std::vector<double>& light);
+
+/// How much of the powers that colour.power gives is needed for white; empty where it gives none.
+std::string drive_text(const ColourSpec& colour, const std::vector<double>& light);
 
 /// "_638nm" in the names of a laser's files; "" where there is but one.
 std::string laser_suffix(double wavelength_m, std::size_t lasers);
@@ -72,6 +77,7 @@ struct ReportedLasers {
   LaserSet lasers;
   std::vector<LaserFiles> files;
   std::vector<double> powers;  // as in Rendered
+  LaserBench bench;
 
   /// Factor of the light that a hologram shows, so that it is 1 for all lasers where it is white.
   double gain(std::size_t laser) const { return powers[laser] / lasers.white_powers[laser]; }

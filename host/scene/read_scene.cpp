@@ -71,6 +71,26 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
     spec.laser = laser_of(v, wavelengths_m);
     spec.only = true;
   });
+  const auto of_each = [&](const Range& range) {
+    return [&, range](const Value& v) {
+      std::vector<double> numbers;
+      const auto* array = v.node->as_array();
+      if (!array || array->size() != wavelengths_m.size())
+        v.fail("a number for each of " + std::to_string(wavelengths_m.size()) + " lasers");
+      for (const auto& node : *array)
+        numbers.push_back(Value{v.document, &node, v.path, v.label}.number(range));
+      return numbers;
+    };
+  };
+  auto& bench = spec.bench;
+  section.read("power", [&](const Value& v) { bench.powers = of_each(between(1e-9, 1e9))(v); });
+  section.read("efficiency",
+               [&](const Value& v) { bench.efficiencies = of_each(between(1e-6, 1))(v); });
+  section.read("duty", [&](const Value& v) {
+    bench.duties = of_each(between(1e-6, 1))(v);
+    if (std::accumulate(bench.duties.begin(), bench.duties.end(), 0.0) > 1 + 1e-9)
+      v.fail("shares of the time that add up to 1 or less: lasers shine in turn");
+  });
   section.finish();
   return spec;
 }

@@ -226,6 +226,7 @@ struct ColourSpec {
   LaserSet lasers;
   std::size_t laser = 0;  // HologramSpec::wavelength_m is that of this one
   bool only = false;      // colour.only asks for it alone
+  LaserBench bench;
 
   /// Its light shows the largest field: all lasers share samples of this field.
   double longest_m() const {

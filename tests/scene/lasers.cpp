@@ -132,4 +132,8 @@ TEST_CASE("wrong lists of wavelengths say what would be right") {
       holds(files.refusal(text_of(three, "[colour]\nwhite = \"D50\"\n")), "white must be \"D65\""));
   CHECK(holds(files.refusal(text_of(three, "[colour]\nonly = \"532 nm\"\n")),
               "\"638 nm\" or \"520 nm\" or \"450 nm\""));
+  CHECK(holds(files.refusal(text_of(three, "[colour]\npower = [1, 2]\n")),
+              "power must be a number for each of 3 lasers"));
+  CHECK(holds(files.refusal(text_of(three, "[colour]\nduty = [0.5, 0.4, 0.3]\n")),
+              "duty must be shares of the time that add up to 1 or less"));
 }

@@ -1,0 +1,91 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Files for lithography of a hologram: tiles of TIFF, of 1 bit or of heights in nm, and GDSII.
+
+    raywave encode out/field.npy --format npy --set slm.levels=2 -o mask   # or 4, 8 ... levels
+    python examples/lithography.py mask --index 1.46 --tile 4096 -o tiles
+
+The TIFFs hold a height for each pixel: 1 bit where there are two levels (1 is the higher one),
+else 16-bit numbers, in nm / 10. tiles.json tells their places, the step and the unit. With two
+levels, mask.gds has the higher pixels, runs of a row as one rectangle; 1 um units, 1 nm grid.
+Rows of pictures go down; y of GDSII and of tiles.json goes up from the hologram's middle.
+
+--index N   relief of refractive index N that light passes: more height, more phase
+--mirror    a mirror's depth instead: light passes it twice, and deeper is more phase
+Needs numpy, tifffile and, for two levels, gdstk.
+"""
+
+import argparse
+import json
+import pathlib
+
+import numpy as np
+import tifffile
+
+
+def heights_nm(levels, slm, wavelength_m, index):
+    """Height, or a mirror's depth, that delays light by the phase of each level."""
+    if slm["lut"] or slm["invert"]:
+        raise SystemExit("lithography.py: the hologram is for a panel with slm.lut or slm.invert; "
+                         "encode it anew without them")
+    turns = levels / slm["levels_per_turn"]
+    return turns * wavelength_m * 1e9 / ((index - 1) if index else 2)
+
+
+def save_gds(file, high, pitch_m):
+    """A rectangle for each run of high pixels in a row."""
+    import gdstk
+    library = gdstk.Library(unit=1e-6, precision=1e-9)
+    cell = library.new_cell("HOLOGRAM")
+    px, py = (1e6 * p for p in pitch_m)
+    ny, nx = high.shape
+    edges = np.diff(np.pad(high.astype(np.int8), ((0, 0), (1, 1))), axis=1)
+    for row in range(ny):
+        y = (ny / 2 - row) * py
+        starts, ends = np.flatnonzero(edges[row] == 1), np.flatnonzero(edges[row] == -1)
+        for first, end in zip(starts, ends):
+            cell.add(gdstk.rectangle(((first - nx / 2) * px, y - py), ((end - nx / 2) * px, y)))
+    library.write_gds(file)
+
+
+def main():
+    parser = argparse.ArgumentParser(description=__doc__,
+                                     formatter_class=argparse.RawDescriptionHelpFormatter)
+    parser.add_argument("hologram", type=pathlib.Path, help="folder with hologram.npy, report.json")
+    parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
+    parser.add_argument("--tile", type=int, default=4096, help="most pixels of a side")
+    kind = parser.add_mutually_exclusive_group(required=True)
+    kind.add_argument("--index", type=float)
+    kind.add_argument("--mirror", action="store_true")
+    options = parser.parse_args()
+    if options.index is not None and options.index <= 1:
+        parser.error("--index: a relief's index is above 1")
+
+    scene = json.loads((options.hologram / "report.json").read_text())["scene"]
+    levels = np.load(options.hologram / "hologram.npy", mmap_mode="r")[0]
+    heights = heights_nm(levels, scene["slm"], scene["hologram"]["wavelength_m"], options.index)
+    steps = np.unique(heights)
+    is_binary = len(steps) <= 2
+    pitch_m = scene["hologram"]["pitch_m"]
+    ny, nx = heights.shape
+    options.output.mkdir(parents=True)
+    tiles = []
+    for y in range(0, ny, options.tile):
+        for x in range(0, nx, options.tile):
+            part = heights[y:y + options.tile, x:x + options.tile]
+            name = f"tile_{x}_{y}.tif"
+            tifffile.imwrite(options.output / name, part > steps[0] if is_binary
+                             else np.round(10 * part).astype(np.uint16))
+            tiles.append({"file": name, "left_m": (x - nx / 2) * pitch_m[0],
+                          "top_m": (ny / 2 - y) * pitch_m[1],
+                          "size_px": [part.shape[1], part.shape[0]]})
+    (options.output / "tiles.json").write_text(json.dumps(
+        {"pitch_m": pitch_m, "heights_nm": steps.tolist(), "unit_nm": None if is_binary else 0.1,
+         "what": "depth of a mirror" if options.mirror else "height", "tiles": tiles}, indent=1))
+    if is_binary:
+        save_gds(options.output / "mask.gds", heights > steps[0], pitch_m)
+    print(f"{len(tiles)} tiles of {nx} x {ny} pixels, {len(steps)} heights of {steps[0]:.4g} to "
+          f"{steps[-1]:.4g} nm" + (", mask.gds" if is_binary else ""))
+
+
+if __name__ == "__main__":
+    main()

@@ -1,0 +1,54 @@
+# SPDX-License-Identifier: Apache-2.0
+"""Runs examples/lithography.py on levels that are known, and reads what it writes."""
+
+import json
+import subprocess
+import sys
+
+import numpy as np
+import pytest
+from conftest import ROOT
+
+
+def lithography(folder, levels, *options):
+    mask = folder / "mask"
+    mask.mkdir()
+    np.save(mask / "hologram.npy", levels[None])
+    slm = {"lut": [], "invert": False, "levels_per_turn": 256}
+    (mask / "report.json").write_text(json.dumps(
+        {"scene": {"hologram": {"pitch_m": [2e-6, 1e-6], "wavelength_m": 640e-9}, "slm": slm}}))
+    subprocess.run([sys.executable, str(ROOT / "examples/lithography.py"), str(mask), "-o",
+                    str(folder / "tiles"), *options], check=True)
+    tiles = json.loads((folder / "tiles/tiles.json").read_text())
+    whole = np.full(levels.shape, -1.0)
+    tifffile = pytest.importorskip("tifffile")
+    for tile in tiles["tiles"]:
+        part = tifffile.imread(folder / "tiles" / tile["file"])
+        assert list(part.shape[::-1]) == tile["size_px"]
+        x = round(tile["left_m"] / 2e-6 + levels.shape[1] / 2)
+        y = round(levels.shape[0] / 2 - tile["top_m"] / 1e-6)
+        whole[y:y + part.shape[0], x:x + part.shape[1]] = part
+    return tiles, whole
+
+
+def test_heights_delay_light_by_the_phase_of_each_level(tmp_path):
+    pytest.importorskip("tifffile")
+    levels = np.random.default_rng(1).choice(np.array([0, 64, 128, 192], np.uint8), (13, 21))
+    tiles, whole = lithography(tmp_path, levels, "--index", "1.5", "--tile", "8")
+    turns = 1e-10 * whole * 0.5 / 640e-9
+    assert np.abs(turns - levels / 256).max() < 1e-4
+    assert len(tiles["tiles"]) == 6
+
+
+def test_a_mask_of_two_levels_has_the_area_and_places_of_its_high_pixels(tmp_path):
+    pytest.importorskip("tifffile")
+    gdstk = pytest.importorskip("gdstk")
+    high = np.random.default_rng(2).random((13, 21)) > 0.5
+    tiles, whole = lithography(tmp_path, np.where(high, np.uint8(128), np.uint8(0)), "--mirror",
+                               "--tile", "8")
+    assert np.array_equal(whole > 0, high)
+    assert tiles["heights_nm"] == [0, 160]
+    polygons = gdstk.read_gds(tmp_path / "tiles/mask.gds").top_level()[0].polygons
+    assert abs(sum(p.area() for p in polygons) - high.sum() * 2) < 1e-6
+    centres = [((x - 10) * 2, 6 - y) for y, x in np.argwhere(high)]  # um, of 21 x 13 pixels
+    assert all(gdstk.inside(centres, polygons))
