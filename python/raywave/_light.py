@@ -65,27 +65,61 @@ def _text(value: str, name: str) -> str:
     return value
 
 
+def _unmasked(array: ArrayLike, name: str) -> ArrayLike:
+    if isinstance(array, np.ma.MaskedArray):
+        raise _core.InputError(f"{name}: is masked: pass .filled(0), or another value, of it")
+    return array
+
+
 class Field(np.ndarray[Any, np.dtype[np.complex64]]):
     """A complex field that knows its pixels: a NumPy array with `pitch` and `wavelength`.
 
-    Both are kept by operations that leave the last two sides as they are, and are None otherwise.
+    The pitch follows turns, flips, crops and steps: `field.T` has (y, x), `field[:, ::2]` twice the
+    pitch in x. It is kept where the last two sides are, and is None otherwise.
     """
 
-    pitch: tuple[float, float] | None
     wavelength: float | None
 
     def __new__(
         cls, samples: ArrayLike, pitch: Pair | None = None, wavelength: float | None = None
     ) -> Field:
-        field: Field = np.asarray(samples).view(cls)
+        field: Field = np.asarray(_unmasked(samples, "samples")).view(cls)
         field.pitch = None if pitch is None else _pair(pitch, "pitch")
         field.wavelength = None if wavelength is None else _number(wavelength, "wavelength")
         return field
 
     def __array_finalize__(self, other: Any) -> None:
-        same = other is not None and self.shape[-2:] == other.shape[-2:] and self.ndim >= 2
-        self.pitch = getattr(other, "pitch", None) if same else None
-        self.wavelength = getattr(other, "wavelength", None) if same else None
+        known = isinstance(other, Field) and other.ndim >= 2 and self.ndim >= 2
+        self.wavelength = other.wavelength if known else None
+        # NumPy calls this before it sets a transpose's strides: `pitch` looks at them when asked.
+        self._origin = (
+            (other.pitch, other.shape[-2:], other.strides[-2:], np.may_share_memory(self, other))
+            if known
+            else None
+        )
+
+    @property
+    def pitch(self) -> tuple[float, float] | None:
+        """(x, y), in metres."""
+        if self._origin is None or self._origin[0] is None or self.ndim < 2:
+            return None
+        pitch, sides, strides, is_view = self._origin
+        if not is_view:
+            return pitch if self.shape[-2:] == sides else None
+        found: dict[int, float] = {}  # by the axis of the array that this shows, 0: y
+        for side, stride in zip(self.shape[-2:], self.strides[-2:]):
+            for axis in sorted((0, 1), key=lambda i: -abs(strides[i])):
+                step, rest = divmod(abs(stride), abs(strides[axis]) or 1)
+                fits = rest == 0 and step > 0 and (side - 1) * step < sides[axis]
+                if fits and axis not in found:
+                    found[axis] = step * pitch[1 - axis]
+                    break
+        y, x = found.values() if len(found) == 2 else (None, None)
+        return None if x is None or y is None else (x, y)
+
+    @pitch.setter
+    def pitch(self, pitch: tuple[float, float] | None) -> None:
+        self._origin = pitch, self.shape[-2:], self.strides[-2:], False
 
     def __reduce__(self) -> Any:
         return _restored, (np.asarray(self), self.pitch, self.wavelength)
@@ -102,13 +136,15 @@ def _pixels(source: Any, pitch: Pair | None, wavelength: float | None) -> _core.
     if wavelength is None:
         wavelength = getattr(source, "wavelength", None)
     if pitch is None:
-        raise _core.InputError("pitch: is needed, for this array does not know it")
+        raise _core.InputError("pitch: is needed: pass pitch=, for this array does not know it")
     if wavelength is None and np.ndim(source) == 4:
         raise _core.InputError(
             "field: is of several lasers: give the hologram, or one's field, holo.lasers[0].field"
         )
     if wavelength is None:
-        raise _core.InputError("wavelength: is needed, for this array does not know it")
+        raise _core.InputError(
+            "wavelength: is needed: pass wavelength=, for this array does not know it"
+        )
     return _core.Pixels(_pair(pitch, "pitch"), _number(wavelength, "wavelength"))
 
 

@@ -17,7 +17,7 @@ import jax
 import jax.numpy as jnp
 
 from . import _core
-from ._light import Pair
+from ._light import Pair, _unmasked
 from ._light import propagate as _propagate
 
 __all__ = ["propagate"]
@@ -67,7 +67,7 @@ def propagate(
     64-bit types enabled, with gradients with respect to u. Arguments, units and errors are the
     same.
     """
-    u = jnp.asarray(u)
+    u = jnp.asarray(_unmasked(u, "u"))
     if u.dtype not in (jnp.complex64, jnp.complex128):
         raise _core.InputError(f"u: must be complex64 or complex128, got {u.dtype}")
     if u.ndim < 2 or u.size == 0:

@@ -83,12 +83,16 @@ void require_plain(const Array& array, const char* name, std::size_t least_dimen
   for (std::size_t i = 0; i < array.ndim(); ++i)
     if (array.shape(i) == 0) refuse(name, "is empty, shape " + shape_text(array));
   if (!is_contiguous(array))
-    refuse(name, "must be C-contiguous; numpy.ascontiguousarray makes such a copy");
+    refuse(name,
+           "must be C-contiguous; numpy.ascontiguousarray makes such a copy, and .copy() one "
+           "of a Field that keeps its pitch");
 }
 
-/// Some versions of torch hand on tensors whose numbers are not those in memory, or whose gradient
-/// would be lost.
+/// Masks would be ignored; some versions of torch hand on tensors whose numbers are not those in
+/// memory, or whose gradient would be lost.
 inline void require_resolved(nb::handle object, const char* name) {
+  if (nb::hasattr(object, "mask") && nb::hasattr(object, "filled"))
+    refuse(name, "is masked: pass .filled(0), or another value, of it");
   const auto is = [&](const char* question, bool is_call) {
     if (!nb::hasattr(object, question)) return false;
     const nb::object answer = object.attr(question);
@@ -100,6 +104,11 @@ inline void require_resolved(nb::handle object, const char* name) {
     refuse(name, "is a view of other numbers: pass u.resolve_conj().resolve_neg()");
 }
 
+inline bool is_swapped(nb::handle object) {
+  if (!nb::hasattr(object, "dtype")) return false;
+  return nb::getattr(object.attr("dtype"), "isnative", nb::none()).is(nb::bool_(false));
+}
+
 inline bool try_array(nb::handle object, AnyArray& array) {
   return nb::try_cast<AnyArray>(object, array, false) && array.is_valid();
 }
@@ -109,6 +118,11 @@ inline AnyArray array_of(nb::handle object, const char* name, std::size_t least_
                          std::size_t most_dimensions, const char* shape) {
   AnyArray array;
   require_resolved(object, name);
+  nb::object native;
+  if (is_swapped(object)) {
+    native = object.attr("astype")(object.attr("dtype").attr("newbyteorder")("="));
+    object = native;
+  }
   if (!try_array(object, array))
     refuse(name, std::string("must be an array of numbers in host memory (NumPy, a buffer, or "
                              "DLPack as a detached torch tensor), got ") +
@@ -149,9 +163,11 @@ inline std::vector<std::size_t> shape_of(int lasers, int frames, int ny, int nx)
 template <class T>
 T* out_data(nb::handle object, const char* name, const std::vector<std::size_t>& wanted,
             nb::ndarray<>& array) {
+  require_resolved(object, name);
   if (!nb::try_cast<nb::ndarray<>>(object, array, false) || !array.is_valid()) {
     AnyArray read_only;
     if (try_array(object, read_only)) refuse(name, "is read-only");
+    if (is_swapped(object)) refuse(name, "must have the machine's byte order");
     refuse(name, std::string("must be a NumPy array, or a buffer, in host memory, got ") +
                      Py_TYPE(object.ptr())->tp_name);
   }

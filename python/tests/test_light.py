@@ -78,7 +78,7 @@ def test_arrays_of_other_libraries_go_in_as_they_are():
         def __dlpack_device__(self):
             return u.__dlpack_device__()
 
-    for given in (read_only, Dlpack(), rw.Field(u), memoryview(u)):
+    for given in (read_only, Dlpack(), rw.Field(u), memoryview(u), u.astype(">c8")):
         assert np.array_equal(rw.propagate(given, PITCH, WAVELENGTH, 1e-3), expected)
     with pytest.raises(rw.InputError, match="^u: must be complex64"):
         rw.propagate(buffer, PITCH, WAVELENGTH, 1e-3)
@@ -98,7 +98,7 @@ BAD = {
     "rows apart": np.zeros((8, 4), np.complex64)[::2],
     "transposed": np.zeros((4, 5), np.complex64).T,
     "backwards": np.zeros((4, 4), np.complex64)[::-1],
-    "other byte order": np.zeros((4, 4), ">c8"),
+    "masked": np.ma.masked_less(np.ones((4, 4), np.complex64), 0),
     "no rows": np.zeros((0, 4), np.complex64),
     "no columns": np.zeros((4, 0), np.complex64),
     "one dimension": np.zeros(4, np.complex64),
@@ -164,11 +164,49 @@ def test_a_field_keeps_its_pixels_where_they_still_hold():
     field = rw.Field(np.ones((2, 6, 8), np.complex64), 8e-6, WAVELENGTH)
     assert field.pitch == (8e-6, 8e-6)
     assert (2 * field).pitch == field.pitch and field[0].wavelength == WAVELENGTH
-    assert field[..., ::2].pitch is None and field.ravel().pitch is None
+    assert field.ravel().pitch is None and field.reshape(2, 8, 6).pitch is None
     again = pickle.loads(pickle.dumps(field))
     assert again.pitch == field.pitch and np.array_equal(again, field)
     arrived = rw.propagate(field[0], 8e-6, WAVELENGTH, 1e-3)
     assert isinstance(arrived, rw.Field) and arrived.pitch == field.pitch
+
+
+def turned(field):
+    return field.swapaxes(-1, -2)
+
+
+KNOWN = [  # changes that leave samples at equal distances
+    turned, lambda f: turned(f)[..., ::2, ::3], lambda f: turned(f)[..., ::2] + 0,
+    lambda f: f[..., ::2], lambda f: f[..., ::-2, 1:], lambda f: f[..., 2:5, 1:7].copy(),
+    lambda f: np.rot90(f, axes=(-2, -1)), lambda f: np.rot90(f, 3, (-1, -2)) * 2 / 2,
+    lambda f: np.flip(f, -1), lambda f: turned(turned(f).copy())[..., ::2],
+    lambda f: np.moveaxis(f, -1, -2),
+]  # fmt: skip
+OTHERS = [
+    np.transpose, lambda f: f.T[::2].T, lambda f: f[..., 0, :], lambda f: f[..., 0],
+    lambda f: f.reshape(-1, 4), lambda f: f.view(float), lambda f: f[..., None, :],
+]  # fmt: skip
+
+
+def test_the_pitch_of_a_field_is_the_distance_of_its_samples():
+    # The values are the places of the samples: a second way to their distances.
+    for sides in ((6, 8), (8, 8), (2, 6, 8), (8, 8, 8)):
+        places = 3e-6 * np.arange(sides[-1]) + 5e-6j * np.arange(sides[-2])[:, None]
+        field = rw.Field(np.broadcast_to(places, sides).copy(), (3e-6, 5e-6), WAVELENGTH)
+        for change in KNOWN + OTHERS:
+            changed = change(field)
+            assert changed.pitch or change in OTHERS
+            if changed.pitch is None:
+                continue
+            assert changed.wavelength == WAVELENGTH
+            for axis, pitch in ((-1, changed.pitch[0]), (-2, changed.pitch[1])):
+                assert np.allclose(abs(np.diff(np.asarray(changed), axis=axis)), pitch, 1e-9, 0)
+    field = rw.Field(np.zeros((6, 8), np.complex64), (3e-6, 5e-6), WAVELENGTH)
+    assert field.T.pitch == np.rot90(field).pitch == field.T.copy().pitch == (5e-6, 3e-6)
+    assert field[::4, ::2].pitch == (6e-6, 20e-6) and (field[2:, 1:] * 2).pitch == (3e-6, 5e-6)
+    assert rw.Field(np.zeros((2, 6, 8)), 1).T.pitch is None
+    with pytest.raises(rw.InputError, match="^samples: is masked"):
+        rw.Field(np.ma.zeros((4, 4)), 1e-6)
 
 
 def test_levels_show_the_field_that_they_encode():

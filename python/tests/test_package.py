@@ -1,6 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
 """The package as it is typed, packed and installed."""
 
+import locale
 import os
 import pathlib
 import subprocess
@@ -35,6 +36,40 @@ def test_types_are_complete_for_mypy(tmp_path):
             text=True, capture_output=True)
         assert done.returncode == 0, done.stdout + done.stderr
     assert "float32" in done.stdout or "_32Bit" in done.stdout
+
+
+GERMAN = """
+import locale, sys
+if sys.argv[1] == "before": locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+import raywave as rw
+from conftest import square_values
+if sys.argv[1] == "after": locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+assert locale.str(1.5) == ("1.5" if sys.argv[1] == "never" else "1,5")
+scene = rw.Scene(square_values(pitch="4.5 um"))
+holo = rw.render(scene, "draft")
+print(scene, scene.values, rw.plan(scene, "draft").text, holo.report["scene"], holo.report["plan"])
+print(holo, holo.notes, hash(holo.field.tobytes()), hash(holo.levels.tobytes()))
+try: scene.set({"hologram.pitch": "1234.5 km"})
+except rw.InputError as error: print(error)
+"""
+
+
+def test_a_german_locale_changes_nothing():
+    try:
+        before = locale.setlocale(locale.LC_ALL)
+        locale.setlocale(locale.LC_ALL, "de_DE.UTF-8")
+        locale.setlocale(locale.LC_ALL, before)
+    except locale.Error:
+        pytest.skip("this system has no locale de_DE.UTF-8 (localedef makes it)")
+    where = os.pathsep.join([str(ROOT / "python" / "tests"), str(PACKAGE.parent)])
+    texts = {
+        subprocess.run(
+            [sys.executable, "-c", GERMAN, when], check=True, capture_output=True,
+            env={**os.environ, "PYTHONPATH": where, "PYTHONHASHSEED": "0"},
+        ).stdout
+        for when in ("never", "before", "after")
+    }  # fmt: skip
+    assert len(texts) == 1 and b"4.5 um" in texts.pop()
 
 
 def test_all_names_have_a_text():
