@@ -370,6 +370,26 @@ TEST_CASE("a texture's transform chooses the texture coordinates") {
   }
 }
 
+TEST_CASE("a map whose texture coordinates are not those of the maps before it is named") {
+  const Folder folder;
+  Gltf file;
+  const int texture =
+      file.texture(test::tga_picture(2, 2, [](int, int) { return glm::u8vec4(255); }));
+  auto second = test::texture_info(texture);
+  second["texCoord"] = 1;
+  file.add(Gltf::square(
+      1, {0, 0, 0},
+      file.material({{"name", "wood"},
+                     {"pbrMetallicRoughness", {{"baseColorTexture", test::texture_info(texture)}}},
+                     {"emissiveFactor", {1, 1, 1}},
+                     {"emissiveTexture", second}})));
+  const auto mesh = load(folder, file);
+  CHECK(mesh.materials.at(0).look.base_map.picture >= 0);
+  CHECK(mesh.materials.at(0).look.emission_map.picture < 0);
+  CHECK_THAT(notes_of(mesh), ContainsSubstring("wood: emission map is ignored: it lies by "
+                                               "TEXCOORD_1, the maps before it by TEXCOORD_0"));
+}
+
 TEST_CASE("a skin without inverse bind matrices has the identity") {
   const Folder folder;
   auto file = square_file({{"skin", 0}, {"translation", {9, 9, 9}}});

@@ -48,29 +48,32 @@ struct Ply {
   std::string index = "int", count = "uchar", list = "vertex_indices";
   std::function<void(Bytes&)> put_before{}, put_vertex{}, put_face{};
   std::string line_end = "\n";
-  bool swaps = false;
+  bool swaps = false, faces_first = false;
   float first_x = 0;
 
   std::string text() const {
-    std::string header = "ply\nformat binary_" + std::string(swaps ? "big" : "little") +
-                         "_endian 1.0\n" + before +
-                         "element vertex 3\nproperty float x\ncomment within\nproperty float y\n"
-                         "obj_info within\nproperty float z\n" +
-                         vertex + "element face 1\nproperty list " + count + ' ' + index + ' ' +
-                         list + '\n' + of_face + "end_header\n";
+    const auto vertices =
+        "element vertex 3\nproperty float x\ncomment within\nproperty float y\n"
+        "obj_info within\nproperty float z\n" +
+        vertex;
+    const auto faces =
+        "element face 1\nproperty list " + count + ' ' + index + ' ' + list + '\n' + of_face;
+    auto header = "ply\nformat binary_" + std::string(swaps ? "big" : "little") + "_endian 1.0\n" +
+                  before + (faces_first ? faces + vertices : vertices + faces) + "end_header\n";
     for (auto at = header.find('\n'); at != header.npos;
          at = header.find('\n', at + line_end.size()))
       header.replace(at, 1, line_end);
-    Bytes data{swaps};
+    Bytes data{swaps}, face{swaps};
+    face.put(count, 3);
+    for (int i = 0; i < 3; ++i) face.put(index, i);
+    if (put_face) put_face(face);
     if (put_before) put_before(data);
+    if (faces_first) data.all += face.all;
     for (const auto& p : {std::array{first_x, 0.0f}, {1.0f, 0.0f}, {0.0f, 1.0f}}) {
       data.put(p[0]).put(p[1]).put(0.0f);
       if (put_vertex) put_vertex(data);
     }
-    data.put(count, 3);
-    for (int i = 0; i < 3; ++i) data.put(index, i);
-    if (put_face) put_face(data);
-    return header + data.all;
+    return header + data.all + (faces_first ? "" : face.all);
   }
 };
 
@@ -141,7 +144,17 @@ TEST_CASE("a PLY of every type, order of bytes and line end is read, elements be
     const auto notes = notes_of(check(camera, "element \"camera\" is ignored"));
     CHECK_THAT(notes, ContainsSubstring("of each vertex is ignored: quality") &&
                           ContainsSubstring("of each face is ignored: weights"));
+    camera.faces_first = true;
+    CHECK(notes_of(check(camera, "element \"camera\" is ignored")) == notes);
   }
+  check(Ply{.faces_first = true});
+  const auto text = load(folder.write(
+      "a.ply",
+      "ply\nformat ascii 1.0\nelement face 1\nproperty list uchar int vertex_index\nproperty uchar "
+      "red\nproperty uchar green\nproperty uchar blue\nelement vertex 3\nproperty float x\n"
+      "property float y\nproperty float z\nend_header\n3 0 1 2 9 9 9\n0 0 0\n\n1 0 0\n0 1 0\n"));
+  CHECK(area_of(text) == Catch::Approx(0.5));
+  CHECK(notes_of(text).empty());
   const auto whole = Ply().text();
   for (std::size_t length = 0; length < whole.size(); length += 7)
     CHECK_THAT(refusal(folder.write("a.ply", whole.substr(0, length))), ContainsSubstring("mesh "));

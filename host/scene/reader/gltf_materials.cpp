@@ -137,7 +137,8 @@ private:
     const auto& transform = extension(info, "KHR_texture_transform");
     const auto set = count_or(member(transform, "texCoord"), count_or(member(info, "texCoord"), 0));
     if (uvs_.value_or(set) != set) {
-      note(name + " is ignored: it has texture coordinates of its own");
+      note(name + " is ignored: it lies by TEXCOORD_" + std::to_string(set) +
+           ", the maps before it by TEXCOORD_" + std::to_string(*uvs_));
       return {};
     }
     MeshMap map;

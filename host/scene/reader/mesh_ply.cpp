@@ -36,6 +36,8 @@ struct Element {
   std::uint64_t count = 0;
   std::vector<Property> properties;
 
+  bool is_faces() const { return name == "face" || name == "tristrips"; }
+
   /// The first property of one of these names; -1: there is none.
   int find(std::initializer_list<const char*> names) const {
     for (const std::string one : names)
@@ -67,7 +69,24 @@ public:
 
   Mesh read() {
     read_header();
-    for (const auto& element : elements_) read_element(element);
+    struct Early {
+      const Element& element;
+      LineScanner lines;
+      std::size_t at;
+    };
+    std::vector<Early> early;  // faces that stand before their vertices
+    for (auto one = elements_.begin(); one != elements_.end(); ++one) {
+      const bool waits = one->is_faces() && std::any_of(one, elements_.end(), [](const auto& e) {
+                           return e.name == "vertex";
+                         });
+      if (waits) early.push_back({*one, lines_, at_});
+      read_element(*one, waits);
+    }
+    for (const auto& [element, lines, at] : early) {
+      lines_ = lines;
+      at_ = at;
+      read_element(element, false);
+    }
     if (!vertex_colours_.empty())
       builder_.set_colours(std::move(vertex_colours_), scale_);
     else if (!face_colours_.empty())
@@ -220,7 +239,7 @@ private:
       builder_.notes.add("of each " + element.name + " is ignored: " + names, "");
   }
 
-  void read_element(const Element& element) {
+  void read_element(const Element& element, bool skips) {
     element_ = &element;
     number_ = 0;
     std::size_t least = 0;
@@ -231,8 +250,9 @@ private:
       throw InputError("holds fewer of \"" + element.name +
                        "\" than its header says: " + std::to_string(element.count));
     if (element.name == "vertex") return read_vertices(element);
-    if (element.name == "face" || element.name == "tristrips") return read_faces(element);
-    if (element.count > 0) builder_.notes.add("element \"" + element.name + "\" is ignored", "");
+    if (element.is_faces() && !skips) return read_faces(element);
+    if (element.count > 0 && !skips)
+      builder_.notes.add("element \"" + element.name + "\" is ignored", "");
     Values values(element.properties.size());
     for (; number_ < element.count; ++number_) read_one(element, values);
   }
