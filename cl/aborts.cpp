@@ -12,7 +12,7 @@ namespace raywave::cl {
 namespace {
 
 int exit_code = 0;  // 0: aborts are left alone
-std::array<char, 256> work{};
+std::array<char, 512> work{};
 
 void end_at_abort(int) {
   if (work[0] == '\0') return;  // no driver's fault: the usual end
@@ -20,7 +20,7 @@ void end_at_abort(int) {
   for (const char* text :
        {"raywave: the OpenCL driver has ended the program while it compiled or ran ", at,
         "; its own message stands above. Another driver or --device may do it (raywave devices "
-        "lists them); please report this\n"})
+        "lists them)\n"})
     if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) break;
   ::_exit(exit_code);
 }
@@ -29,9 +29,9 @@ void end_at_abort(int) {
 
 void explain_aborts(int code) { exit_code = code; }
 
-void driver_works_on(const std::string& what) {
+void driver_works_on(const std::string& what, const std::string& lacks) {
   if (exit_code == 0) return;  // a library's host program may call this from several threads
-  std::snprintf(work.data(), work.size(), "%s", what.c_str());
+  std::snprintf(work.data(), work.size(), "%s%s", what.c_str(), lacks.c_str());
   // Once more each time: LLVM puts its own handler there, which goes on to abort.
   std::signal(SIGABRT, end_at_abort);
 }

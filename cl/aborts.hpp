@@ -11,8 +11,8 @@ namespace raywave::cl {
 void explain_aborts(int exit_code);
 
 /// What the driver is asked to do, "kernels/samples/samples.cl: find_samples on NAME", until it is
-/// waited for.
-void driver_works_on(const std::string& what);
+/// waited for; and what it may lack, empty: nothing known.
+void driver_works_on(const std::string& what, const std::string& lacks);
 void driver_is_done();
 
 }  // namespace raywave::cl

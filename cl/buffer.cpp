@@ -3,6 +3,8 @@
 
 #include <algorithm>
 
+#include "cl/error_text.hpp"
+
 namespace raywave::cl {
 
 namespace {
@@ -63,8 +65,8 @@ Memory::Memory(const Device& device, std::size_t bytes, const std::string& name)
     handle_ = ::cl::Buffer(device.context(), CL_MEM_READ_WRITE, bytes);
   } catch (const ::cl::Error& error) {
     throw MemoryError(name + ": " + format_bytes(bytes) + " asked, out of memory on " + info.name +
-                      " with " + format_bytes(device.allocated_bytes()) + " taken (" +
-                      std::to_string(error.err()) + ")");
+                      " with " + format_bytes(device.allocated_bytes()) + " taken; " +
+                      error_text(error.err()));
   }
   bytes_ = bytes;
   auto& meter = *device_->meter_;

@@ -2,7 +2,6 @@
 #include "cl/device.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <cstdio>
 #include <cstdlib>
@@ -11,8 +10,10 @@
 
 #include "cl/aborts.hpp"
 #include "cl/environment.hpp"
+#include "cl/error_text.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/environment.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave::cl {
 namespace {
@@ -126,6 +127,18 @@ std::vector<DeviceInfo> infos_of(const AllFound& all) {
   return infos;
 }
 
+/// What may be why there is no device, and what to do.
+std::string cure_of(const AllFound& all) {
+  if (!all.hint.empty()) return all.hint;
+  const std::string usual = "install a vendor's driver, or PoCL (apt install pocl-opencl-icd)";
+  for (const char* name :
+       {"OCL_ICD_VENDORS", "OCL_ICD_FILENAMES", "OPENCL_VENDOR_PATH", "POCL_DEVICES"})
+    if (const auto value = environment_variable(name); !value.empty())
+      return std::string(name) + " is set to \"" + one_line(value) +
+             "\", which gives none: unset it, or " + usual;
+  return usual;
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() { return infos_of(find_all()); }
@@ -133,11 +146,7 @@ std::vector<DeviceInfo> list_devices() { return infos_of(find_all()); }
 DeviceInfo find_device(std::string_view choice) {
   const auto all = find_all();
   const auto devices = infos_of(all);
-  if (devices.empty())
-    throw DeviceError("no OpenCL device found: " +
-                      (all.hint.empty()
-                           ? "install a vendor's driver, or PoCL (apt install pocl-opencl-icd)"
-                           : all.hint));
+  if (devices.empty()) throw DeviceError("no OpenCL device found: " + cure_of(all));
   const auto preferred = environment_variable("RAYWAVE_DEVICE");
   if (choice.empty()) choice = preferred;
   if (choice.empty()) {
@@ -185,24 +194,8 @@ void Device::finish() const {
 }
 
 void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {
-  struct Named {
-    cl_int code;
-    const char* name;
-  };
-  static constexpr std::array names{
-      Named{CL_OUT_OF_HOST_MEMORY, "out of host memory"},
-      Named{CL_MEM_OBJECT_ALLOCATION_FAILURE, "out of device memory"},
-      Named{CL_OUT_OF_RESOURCES, "out of device resources (memory, registers or time)"},
-      Named{CL_INVALID_BUFFER_SIZE, "the buffer is larger than the device allows"},
-      Named{CL_DEVICE_NOT_AVAILABLE, "the device is not available"},
-      Named{CL_COMPILER_NOT_AVAILABLE, "the device has no online compiler"},
-      Named{CL_INVALID_WORK_GROUP_SIZE, "the work-group is larger than the device allows"},
-  };
-  const auto it = std::find_if(names.begin(), names.end(),
-                               [&](const Named& n) { return n.code == error.err(); });
-  throw DeviceError(std::string(error.what()) + ": " +
-                    (it == names.end() ? "OpenCL error" : it->name) + " (" +
-                    std::to_string(error.err()) + ") on " + info.name);
+  throw DeviceError(std::string(error.what()) + " on " + info.name + ": " +
+                    error_text(error.err()));
 }
 
 }  // namespace raywave::cl

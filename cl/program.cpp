@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "cl/aborts.hpp"
+#include "cl/error_text.hpp"
 #include "cl/pocl.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
@@ -95,9 +96,9 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     try {
       program_ = loaded(device, binary, flags);
     } catch (const ::cl::Error& error) {
-      throw DeviceError((*folder / (program.name() + ".bin")).string() + " (" +
-                        std::to_string(error.err()) + ") does not load on " + info.name +
-                        ", driver " + info.driver + ": it was built for another");
+      throw DeviceError((*folder / (program.name() + ".bin")).string() + " does not load on " +
+                        info.name + ", driver " + info.driver + ": it was built for another; " +
+                        error_text(error.err()));
     }
     return;
   }
@@ -115,7 +116,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
-  driver_works_on(file + " on " + info.name);
+  driver_works_on(file + " on " + info.name, missing_tool(info));
   ::cl::Program compiled;
   try {
     compiled = ::cl::Program(device.context(), source);
@@ -125,8 +126,9 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     if (compiled()) {
       for (const auto& entry : compiled.getBuildInfo<CL_PROGRAM_BUILD_LOG>()) log += entry.second;
     }
-    throw DeviceError(file + " does not compile (" + std::to_string(error.err()) + ") on " +
-                      info.name + ", driver " + info.driver + ", options " + flags + "\n" + log);
+    throw DeviceError(file + " does not compile on " + info.name + ", driver " + info.driver +
+                      ", options " + flags + ": " + error_text(error.err()) + missing_tool(info) +
+                      "\n" + log);
   }
   const auto binaries = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
   if (binaries.empty()) return;
@@ -177,7 +179,7 @@ void Kernel::check_type(cl_uint i, const std::string& given) const {
 /// kernel is submitted and that when it starts.
 void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& local) {
   device_.finish();
-  driver_works_on(name_ + " on " + device_.info().name);
+  driver_works_on(name_ + " on " + device_.info().name, missing_tool(device_.info()));
   const bool is_timed = device_.timing_queue()() != nullptr;
   const auto& queue = is_timed ? device_.timing_queue() : device_.queue();
   const auto before = Seconds::now();
@@ -216,8 +218,8 @@ void Kernel::enqueue(Range global, Range local) {
     else
       device_.queue().enqueueNDRangeKernel(kernel_, ::cl::NullRange, range(whole), range(local));
   } catch (const ::cl::Error& error) {
-    throw DeviceError(name_ + ": launch failed (" + std::to_string(error.err()) + ") on " +
-                      device_.info().name);
+    throw DeviceError(name_ + ": launch failed on " + device_.info().name + ": " +
+                      error_text(error.err()) + missing_tool(device_.info()));
   }
 }
 

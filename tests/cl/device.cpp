@@ -2,10 +2,12 @@
 #include "cl/device.hpp"
 
 #include <cctype>
+#include <climits>
 #include <cmath>
 #include <functional>
 
 #include "cl/buffer.hpp"
+#include "cl/error_text.hpp"
 #include "cl/program.hpp"
 #include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
@@ -35,6 +37,22 @@ cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
 }
 
 }  // namespace
+
+TEST_CASE("errors of OpenCL are said in words") {
+  for (const auto& [code, name] :
+       {std::pair(CL_DEVICE_NOT_FOUND, "CL_DEVICE_NOT_FOUND (-1): "),
+        {CL_BUILD_PROGRAM_FAILURE, "CL_BUILD_PROGRAM_FAILURE (-11): "},
+        {CL_KERNEL_ARG_INFO_NOT_AVAILABLE, "CL_KERNEL_ARG_INFO_NOT_AVAILABLE (-19): "},
+        {CL_INVALID_VALUE, "CL_INVALID_VALUE (-30): "},
+        {CL_INVALID_KERNEL_NAME, "CL_INVALID_KERNEL_NAME (-46): "},
+        {CL_INVALID_WORK_GROUP_SIZE, "CL_INVALID_WORK_GROUP_SIZE (-54): the work-group"},
+        {CL_INVALID_BUFFER_SIZE, "CL_INVALID_BUFFER_SIZE (-61): "},
+        {CL_INVALID_DEVICE_PARTITION_COUNT,
+         "CL_INVALID_DEVICE_PARTITION_COUNT (-68): another driver"}})
+    CHECK(cl::error_text(code).starts_with(name));
+  for (const int code : {0, 7, -25, -69, -1001, INT_MIN, INT_MAX})
+    CHECK(cl::error_text(code).starts_with("error (" + std::to_string(code) + "): another driver"));
+}
 
 TEST_CASE("a device is found by its index, and by part of its name in letters of either case") {
   const auto devices = cl::list_devices();

@@ -256,9 +256,27 @@ TEST_CASE(
   fs::create_directory(kept.desk.folder() / "nothing");
   const std::vector<std::string> nowhere{"OCL_ICD_VENDORS=" + kept.desk.file("nothing")};
   kept.check_refused_by_device({}, nowhere, {"no OpenCL device found", "pocl-opencl-icd"});
-  check_refused(kept.desk.run({"devices"}, nowhere), 3, "no OpenCL device found");
+  check_refused(kept.desk.run({"devices"}, nowhere), 3, "OCL_ICD_VENDORS is set to \"");
+  if (cl::list_devices().size() == 1 && cl::find_device().platform == "Portable Computing Language")
+    kept.check_refused_by_device({}, {"POCL_DEVICES=none-of-its-own"},
+                                 {"POCL_DEVICES is set to \"none-of-its-own\", which gives none"});
   // Planning needs no device.
   CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);
+}
+
+TEST_CASE("where PATH lacks the linker that PoCL needs, the message names both") {
+  const Kept kept;
+  if (cl::find_device().platform != "Portable Computing Language") return;
+  for (const auto& path : {std::string("PATH"), "PATH=" + kept.desk.file("nothing")}) {
+    fs::remove_all(kept.desk.file("cold"));
+    const auto cold = kept.desk.file("cold");
+    const auto outcome =
+        kept.desk.run({"render", kept.desk.file("scene.toml"), "-o", kept.desk.file("out")},
+                      {path, "POCL_CACHE_DIR=" + cold + "/pocl", "RAYWAVE_CACHE_DIR=" + cold});
+    INFO(outcome.err);
+    CHECK(outcome.code == 3);
+    CHECK_SAYS(outcome.err, "PoCL links kernels with ld, which no folder of PATH has");
+  }
 }
 
 TEST_CASE(
