@@ -9,10 +9,12 @@
 #include <cstdlib>
 #include <cstring>
 #include <limits>
+#include <sstream>
 #include <stdexcept>
 #include <thread>
 
 #include "tests/api/squares.hpp"
+#include "tests/support/german.hpp"
 #include "tests/support/gltf.hpp"
 
 namespace cl {}
@@ -290,6 +292,28 @@ TEST_CASE("the scene of a plan renders what the goal renders") {
   CHECK_THAT(chosen.text(), ContainsSubstring("48 x 32 pixels"));
   CHECK_THROWS_AS(render(chosen.scene(), options), InputError);
   CHECK_THROWS_AS(chosen.scene().set({"sampling.frames=2"}), InputError);
+}
+
+TEST_CASE("a German program gets the same texts, numbers and pictures") {
+  const auto say = [] {
+    auto scene = square_scene();
+    const auto wanted = plan(scene, Goal{.preset = "balanced"});
+    const auto hologram = render(scene);
+    const auto report = hologram.report();  // measured times stand behind the seed
+    auto all = scene.json() + wanted.text() + report.substr(0, report.find("\"seed\""));
+    for (const auto& warning : wanted.warnings()) all += warning;
+    try {
+      scene.set({"hologram.pitch=1234.5 km"});
+    } catch (const InputError& error) {
+      all += error.what();
+    }
+    return std::pair(all, samples_of(hologram.field()));
+  };
+  const auto before = say();
+  CHECK_THAT(before.first, ContainsSubstring("1234.5 km"));
+  const German german;
+  CHECK((std::ostringstream() << 1.5).str() == "1,5");
+  CHECK(say() == before);
 }
 
 TEST_CASE("a process that was forked after a device was opened is told so") {
