@@ -16,6 +16,7 @@
 #include "host/encode/shown.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
+#include "host/view/frame.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave {
@@ -136,7 +137,7 @@ public:
                        ": lacks the lasers' powers; give --restart to make it anew");
   }
 
-  /// What is seen of the next picture of a reader: one channel, or red, green and blue.
+  /// What an eye sees of the next picture of a reader: one channel, or red, green and blue.
   std::vector<Image> see(int picture, HologramReader& reader) const {
     std::vector<std::vector<std::vector<std::uint8_t>>> levels(lasers_.size());
     for (int i = 0; i < animator_.schedule().count_of(picture); ++i)
@@ -153,7 +154,8 @@ public:
       const auto& [panel, spec] = lasers_[laser];
       const auto seen = reconstruct(device_, fft_, shown_field(panel, levels[laser]), spec, what);
       const int longest = std::max(seen.width, seen.height);
-      light.push_back(averaged(seen, (longest + longest_side_px - 1) / longest_side_px));
+      light.push_back(
+          in_frame(averaged(seen, (longest + longest_side_px - 1) / longest_side_px), Frame::eye));
     }
     if (!colours_) return light;
     for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {

@@ -218,8 +218,10 @@ void run_animate(const AnimateArguments& options) {
         std::filesystem::remove(folder / name, ignored);
     }
     write_report(folder, scenes[0], *animator, storage, run, there);
+    add_to_end_at_signals("; the same command goes on with the pictures that are missing");
     made = animator->make_frames(
         files, [&](const std::string& what, double share) { bar.show(what, share); }, wanted.end);
+    add_to_end_at_signals(nullptr);
     stored = {folder,
               storage,
               animator->stored_size(),

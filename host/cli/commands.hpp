@@ -8,6 +8,7 @@
 
 namespace raywave::cli {
 
+void add_new(CLI::App& app);
 void add_plan(CLI::App& app);
 void add_render(CLI::App& app);
 void add_encode(CLI::App& app);
@@ -17,6 +18,7 @@ void add_animate(CLI::App& app);
 
 void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);
+void add_preview(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_quality(CLI::App& app);
 

@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/lens.hpp"
 
+#include <cmath>
+#include <functional>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -10,7 +14,9 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
+#include "host/common/error.hpp"
 #include "host/common/forecast.hpp"
+#include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 
@@ -27,6 +33,36 @@ struct LensArguments {
   int lens_points = LensSpec{}.points;
 };
 
+using Lasers = std::vector<Plan>;
+
+Lasers plans_of(const std::vector<Scene>& scenes, const World& world) {
+  Lasers plans;
+  for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
+  return plans;
+}
+
+/// What a lens sees of a scene: the picture of each laser.
+std::vector<Image> seen_by_lens(const cl::Device& device, const Lasers& plans, DeviceScene& arrays,
+                                const LensSpec& what,
+                                const std::function<void(double done)>& progress) {
+  std::vector<Image> images;
+  for (const auto& plan : plans) {
+    if (plans.size() > 1) arrays.show(plan);
+    const auto done = static_cast<double>(images.size());
+    images.push_back(
+        lens_picture(device, plan, arrays, what, [&](double share) { progress(done + share); }));
+  }
+  return images;
+}
+
+nlohmann::ordered_json save(const LensArguments& options, const std::vector<Scene>& scenes,
+                            const std::vector<Image>& images, const std::string& name, double z_m) {
+  return scenes.size() == 1
+             ? options.view.save(images, name, z_m, "radiance", options.report)
+             : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images).channels, name,
+                                 z_m, "radiance", options.report);
+}
+
 void run_lens(const LensArguments& options) {
   const auto scenes = options.scene.load_all(options.report);
   LensSpec what;
@@ -39,37 +75,67 @@ void run_lens(const LensArguments& options) {
 
   const cl::Device device(options.device.info());
   const auto world = build_world(scenes[0]);
-  std::vector<Plan> plans;
-  for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
+  const auto plans = plans_of(scenes, world);
   DeviceScene arrays(device, world, plans[0]);
   auto pictures = nlohmann::ordered_json::array();
   Forecast forecast;
   const auto all = static_cast<double>(plans.size());
-  for (const double z_m : depths_m) {
-    what.z_m = z_m;
-    const auto name = name_at_depth("lens", z_m);
+  for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
+    const double z_m = what.z_m = depths_m[depth];
+    const auto name = name_at_depth("lens", options.depths.z[depth], z_m);
     std::vector<Image> images;
     {
       ProgressBar bar(options.report.quiet);
-      for (const auto& plan : plans) {
-        if (plans.size() > 1) arrays.show(plan);
-        const auto done = static_cast<double>(images.size()),
-                   before = static_cast<double>(pictures.size()) * all;
-        images.push_back(lens_picture(device, plan, arrays, what, [&](double share) {
-          bar.show(name, (done + share) / all);
-          if (const auto seconds =
-                  forecast.add(before + done + share, all * static_cast<double>(depths_m.size())))
-            say_time(bar, *seconds, "this", "fewer --lens-points or a smaller --window take less");
-        }));
-      }
+      images = seen_by_lens(device, plans, arrays, what, [&](double done) {
+        bar.show(name, done / all);
+        if (const auto seconds = forecast.add(static_cast<double>(depth) * all + done,
+                                              all * static_cast<double>(depths_m.size())))
+          say_time(bar, *seconds, "this", "fewer --lens-points or a smaller --window take less");
+      });
     }
-    pictures.push_back(
-        plans.size() == 1
-            ? options.view.save(images, name, z_m, "radiance", options.report)
-            : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images).channels, name,
-                                z_m, "radiance", options.report));
+    pictures.push_back(save(options, scenes, images, name, z_m));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
+}
+
+/// All of the scene that the pixels can show, in the plane z_m around the axis: a tenth more than
+/// its box covers, seen from the middle of the hologram.
+glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
+  glm::dvec2 half_m(0);
+  for (const auto& place : positions_now(world))
+    if (std::abs(place.z) > 0)
+      half_m = glm::max(half_m, glm::abs(glm::dvec2(place) / place.z) * std::abs(z_m));
+  const auto sine = glm::min(plan.hologram.largest_sine, 0.999);
+  const auto reach_m = std::abs(z_m) * sine / glm::sqrt(1.0 - sine * sine) + plan.window_m() / 2.0;
+  return 2.0 * glm::max(glm::min(1.1 * half_m, reach_m), plan.hologram.pitch_m);
+}
+
+/// As the eye sees it through the middle of the hologram, all depths in focus.
+void run_preview(const LensArguments& options) {
+  constexpr double longest_px = 480;
+  const auto scenes = options.scene.load_all(options.report);
+  options.view.check_percentile();
+  const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
+  if (depths_m.size() > 1)
+    throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");
+  const cl::Device device(options.device.info());
+  const auto world = build_world(scenes[0]);
+  const auto plans = plans_of(scenes, world);
+  LensSpec what;
+  what.view = options.view.view();
+  // Two by two rays to a pixel, from nearly one place: edges are smooth, and nothing is blurred
+  what.aperture = glm::dvec2(1e-3);
+  what.points = 2;
+  what.area = true;
+  what.z_m = depths_m.empty() ? (plans[0].extent.near_m + plans[0].extent.far_m) / 2 : depths_m[0];
+  what.window_m = options.depths.window_m();
+  if (!what.window_m) what.window_m = whole_window_m(world, plans[0], what.z_m);
+  const auto pixels = *what.window_m / plans[0].hologram.pitch_m;
+  what.pixel_m = plans[0].hologram.pitch_m *
+                 std::max(1.0, std::ceil(std::max(pixels.x, pixels.y) / longest_px));
+  DeviceScene arrays(device, world, plans[0]);
+  const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
+  options.report.write(save(options, scenes, images, "preview", what.z_m));
 }
 
 }  // namespace
@@ -86,6 +152,20 @@ void add_lens(CLI::App& app) {
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
   command->callback([options] { run_lens(*options); });
+}
+
+void add_preview(CLI::App& app) {
+  auto* command = add_command(app, section::look, "preview",
+                              "Show at once what a viewer will see, all depths in focus",
+                              "build/raywave preview data/still_life.toml");
+  auto options = std::make_shared<LensArguments>();
+  options->view.folder = ".";
+  options->scene.add_to(*command)->required();
+  options->depths.add_to(*command, "the scene's middle", "the scene's");
+  options->device.add_device_to(*command);
+  options->view.add_to(*command);
+  options->report.add_to(*command, "what the picture is");
+  command->callback([options] { run_preview(*options); });
 }
 
 }  // namespace raywave::cli

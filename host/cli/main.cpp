@@ -91,6 +91,7 @@ int main(int argc, char** argv) {
   app.set_help_flag("-h,--help", "Show this help");
   app.set_version_flag("--version", raywave::version, "Show the version");
   app.require_subcommand(1);
+  add_new(app);
   add_plan(app);
   add_render(app);
   add_encode(app);
@@ -99,6 +100,7 @@ int main(int argc, char** argv) {
   add_animate(app);
   add_reconstruct(app);
   add_lens(app);
+  add_preview(app);
   add_compare(app);
   add_quality(app);
   add_bench(app);
@@ -115,6 +117,7 @@ int main(int argc, char** argv) {
       "wrong, 3 the device or its driver cannot do it.");
   try {
     auto words = read_arguments(argc, argv);
+    if (words.empty()) words.push_back("--help");
     std::reverse(words.begin(), words.end());  // as the parser takes them
     app.parse(std::move(words));
     return end_of_output();

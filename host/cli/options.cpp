@@ -9,6 +9,7 @@
 
 #include "host/cli/help.hpp"
 #include "host/common/error.hpp"
+#include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
@@ -18,6 +19,7 @@
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
+#include "host/view/compare.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -239,8 +241,9 @@ std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& vi
           "-z " + in_quotes(text) +
           ": is the hologram's own plane, where nothing is in focus; give a depth > 0, "
           "beyond it, or < 0, on the eye's side");
-    for (const double other_m : depths) {
-      if (const auto name = name_at_depth("", depth_m); name == name_at_depth("", other_m))
+    for (std::size_t i = 0; i < depths.size(); ++i) {
+      if (const auto name = name_at_depth("", text, depth_m);
+          name == name_at_depth("", z[i], depths[i]))
         throw InputError("-z " + in_quotes(text) + ": a second picture of " + name.substr(1) +
                          " would overwrite the first; give each depth once");
     }
@@ -259,7 +262,25 @@ std::optional<glm::dvec2> DepthOptions::window_m() const {
   return glm::dvec2(width_m, side(y, "height"));
 }
 
+void FrameOption::add_to(CLI::App& command, const std::string& what) {
+  command
+      .add_option("--frame", name,
+                  what +
+                      ": the viewer's eye, a bare sensor before the SLM, or along the light, as "
+                      "arrays are")
+      ->type_name(choices(all_frames, [](Frame one) { return name_of(one); }))
+      ->capture_default_str()
+      ->group(group::pictures);
+}
+
+Frame FrameOption::frame() const {
+  for (const auto one : all_frames)
+    if (name == name_of(one)) return one;
+  throw InputError("--frame " + in_quotes(name) + ": there are eye, sensor and hologram");
+}
+
 void ViewOptions::add_to(CLI::App& command) {
+  frame.add_to(command, "From where --view and the pictures are seen");
   command
       .add_option("--view", view_centre,
                   "Look through a part of the hologram centred there, e.g. 0.5,0; from -1,-1 "
@@ -277,7 +298,7 @@ void ViewOptions::add_to(CLI::App& command) {
       ->type_name("N")
       ->capture_default_str()
       ->group(group::pictures);
-  add_output(command, folder, "the pictures (.png, .exr)")->required();
+  add_output(command, folder, "the pictures (.png, .exr)")->required(folder.empty());
 }
 
 glm::dvec2 ViewOptions::view() const {
@@ -286,7 +307,7 @@ glm::dvec2 ViewOptions::view() const {
   const glm::dvec2 centre(number(x, "--view"), number(y, "--view"));
   if (std::abs(centre.x) > 1 || std::abs(centre.y) > 1)
     throw InputError("--view " + in_quotes(view_centre) + ": both must be from -1 to 1");
-  return centre;
+  return in_frame(centre, frame.frame());
 }
 
 glm::dvec2 ViewOptions::aperture() const {
@@ -308,29 +329,43 @@ void ViewOptions::check_percentile() const {
     throw InputError("--percentile: must be > 0 and <= 100");
 }
 
-Json ViewOptions::save(std::span<const Image> channels, const std::string& name, double z_m,
-                       const char* quantity, const ReportOptions& report) const {
+const char* seen_by(Frame frame) {
+  return frame == Frame::eye      ? "by an eye"
+         : frame == Frame::sensor ? "by a bare sensor"
+                                  : "along the light";
+}
+
+Json ViewOptions::save(std::span<const Image> pictures, const std::string& name, double z_m,
+                       const char* quantity, const ReportOptions& report, double blur_px) const {
+  std::vector<Image> channels;
+  for (const auto& one : pictures) channels.push_back(in_frame(one, frame.frame()));
   const bool in_colour = channels.size() > 1;
-  const double white = white_of(channels, percentile);
+  auto seen = channels;
+  for (auto& one : seen) one = blurred(one, blur_px);
+  const double white = white_of(seen, percentile);
   const auto base = (std::filesystem::path(folder) / name).string();
   const int width = channels[0].width, height = channels[0].height;
-  save_picture(base + ".png", width, height, expose_to(channels, white));
+  save_picture(base + ".png", width, height, expose_to(seen, white));
   save_picture(base + ".exr", width, height, interleaved(channels));
   if (report.prints_text())
-    std::printf("%s.png  %d x %d%s, white = %s %.4g (percentile %g), .exr beside it\n",
-                base.c_str(), width, height, in_colour ? " in colour" : "", quantity, white,
+    std::printf("%s.png  %d x %d%s, seen %s%s, white = %s %.4g (percentile %g), .exr beside it\n",
+                base.c_str(), width, height, in_colour ? " in colour" : "", seen_by(frame.frame()),
+                blur_px > 0 ? format(", blurred by %.3g px", blur_px).c_str() : "", quantity, white,
                 percentile);
   Json told{{"z_m", z_m},
             {"png", base + ".png"},
             {"exr", base + ".exr"},
             {"size", {width, height}},
+            {"frame", name_of(frame.frame())},
+            {"png_blur_px", blur_px},
             {"quantity", quantity}};
   if (in_colour) told["colour"] = "linear sRGB";
   told.update({{"white", white}, {"percentile", percentile}});
   return told;
 }
 
-std::string name_at_depth(const std::string& stem, double z_m) {
+std::string name_at_depth(const std::string& stem, const std::string& z, double z_m) {
+  if (z.ends_with('D')) return stem + "_" + z;
   std::array<char, 32> depth;
   std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);
   return stem + depth.data();

@@ -22,6 +22,7 @@
 #include "host/forecast/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
+#include "host/view/frame.hpp"
 
 namespace raywave::cli {
 
@@ -114,27 +115,45 @@ struct DepthOptions {
   std::optional<glm::dvec2> window_m() const;
 };
 
-/// --view, --aperture, --percentile and --output of the commands that save what is seen.
+/// --frame: from where pictures show a plane.
+struct FrameOption {
+  std::string name = name_of(Frame::eye);
+
+  void add_to(CLI::App& command, const std::string& what);
+  /// throws  InputError for an unknown name
+  Frame frame() const;
+};
+
+/// --view, --aperture, --frame, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
   std::string view_centre, aperture_size, folder;
+  FrameOption frame;
   double percentile = 99.5;
 
   void add_to(CLI::App& command);
   /// All throw InputError naming the option when it cannot be understood.
-  glm::dvec2 view() const;      // centre of the open part, in half holograms
+  // Centre of the open part in half holograms, in the hologram's frame
+  glm::dvec2 view() const;
   glm::dvec2 aperture() const;  // its size in holograms
   void check_percentile() const;
 
   /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
   /// them. Returns what --json says of them.
   ///
-  /// channels  one, or red, green and blue: the PNG is sRGB, the EXR linear sRGB
+  /// blur_px   of the PNG, which is what is seen: standard deviation
+  /// channels  in the hologram's frame; one, or red, green and blue: the PNG is sRGB, the EXR linear sRGB
   nlohmann::ordered_json save(std::span<const Image> channels, const std::string& name, double z_m,
-                              const char* quantity, const ReportOptions& report) const;
+                              const char* quantity, const ReportOptions& report,
+                              double blur_px = 0) const;
 };
 
-/// "reconstruction_95mm"
-std::string name_at_depth(const std::string& stem, double z_m);
+/// "by an eye" and so on: from where a picture is seen.
+const char* seen_by(Frame frame);
+
+/// "reconstruction_95mm"; "reconstruction_2D" where the depth was given in dioptres.
+///
+/// z  as it was given
+std::string name_at_depth(const std::string& stem, const std::string& z, double z_m);
 
 /// --blur: a standard deviation.
 struct Blur {

@@ -32,6 +32,7 @@ struct QualityArguments {
   DeviceOptions device;
   ReportOptions report;
   QualitySpec quality;
+  FrameOption frame;
   std::string out = ".", blur;
 };
 
@@ -98,6 +99,7 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
 }
 
 void run_quality(const QualityArguments& options) {
+  const auto frame = options.frame.frame();
   const auto scenes = options.scene.load_all(options.report);
   auto spec = spec_of(options, scenes[0]);
   const cl::Device device(options.device.info());
@@ -116,8 +118,9 @@ void run_quality(const QualityArguments& options) {
     result = assess(device, scenes, world, how, spec);
   }
 
-  const auto sheet = contact_sheet(result);
-  const auto json = quality_json(scenes, result, device.info(), how, spec);
+  const auto sheet = contact_sheet(result, frame);
+  auto json = quality_json(scenes, result, device.info(), how, spec);
+  json["frame"] = name_of(frame);
   const auto out = std::filesystem::path(options.out);
   save_picture(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
   write_text(out / "quality.json", json.dump(2) + "\n");
@@ -125,9 +128,9 @@ void run_quality(const QualityArguments& options) {
   if (options.report.prints_text()) {
     print_table(result, spec, options);
     std::printf(
-        "%s  %d x %d, rows as in the table; columns: lens, hologram, difference%s; .json beside "
-        "it\n",
-        (out / "quality.png").c_str(), sheet.width, sheet.height,
+        "%s  %d x %d, seen %s, rows as in the table; columns: lens, hologram, difference%s; .json "
+        "beside it\n",
+        (out / "quality.png").c_str(), sheet.width, sheet.height, seen_by(frame),
         scenes.size() > 1 ? " of luminances" : "");
   }
   options.report.write(json);
@@ -148,6 +151,7 @@ void add_quality(CLI::App& app) {
   add_views(*command, quality.views,
             "At the first depth also through the left, right, top and bottom of the hologram");
   add_blur(*command, options->blur, "0.6 sampling.pitch");
+  options->frame.add_to(*command, "From where quality.png shows the pictures");
   add_border(*command, quality.border_px);
   add_lens_points(*command, quality.lens_points);
   command

@@ -16,6 +16,8 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/eyepiece.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 
@@ -29,16 +31,16 @@ struct ReconstructArguments {
   ViewOptions view;
   DeviceOptions device;
   ReportOptions report;
-  std::string eyepiece;
+  std::string eyepiece, blur = "eye";
   bool field = false;
 
   /// --eyepiece, or what the report of a hologram tells.
   ViewerSpec viewer(const HologramOptions& of) const {
-    if (eyepiece.empty()) return of.viewer();
+    auto spec = of.viewer();
+    if (eyepiece.empty()) return spec;
     const bool two = eyepiece.find(',') != std::string::npos;
     const auto [focal, distance] =
         two ? two_parts(eyepiece, ',', "--eyepiece") : std::pair(eyepiece, eyepiece);
-    ViewerSpec spec;
     spec.eyepiece_m = positive_length_m(focal, "--eyepiece");
     spec.eyepiece_distance_m = given_length_m(distance, "--eyepiece");
     if (!(spec.eyepiece_distance_m >= 0))
@@ -47,6 +49,16 @@ struct ReconstructArguments {
     return spec;
   }
 };
+
+/// --blur, in pixels: by default what the viewer's eye or lens leaves of a plane's detail.
+double blur_px(const ReconstructArguments& options, const ViewerSpec& viewer, double pitch_m,
+               double z_m) {
+  if (options.blur == "eye")
+    return blur_of_resolution * viewer.resolution_m.value_or(detail_for_eye_m(viewer, z_m)) /
+           pitch_m;
+  const auto blur = parse_blur(options.blur);
+  return blur.in_pixels ? blur.value : blur.value / pitch_m;
+}
 
 void run_reconstruct(const ReconstructArguments& options) {
   const LaserHolograms given(options.hologram, options.field);
@@ -64,14 +76,15 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
-  const auto depths_m = options.depths.depths_m([&] { return options.viewer(given.each[0]); });
+  const auto viewer = options.viewer(given.each[0]);
+  const auto depths_m = options.depths.depths_m([&] { return viewer; });
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = nlohmann::ordered_json::array();
-  for (const double z_m : depths_m) {
-    what.z_m = z_m;
-    const auto name = name_at_depth("reconstruction", z_m);
+  for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
+    const double z_m = what.z_m = depths_m[depth];
+    const auto name = name_at_depth("reconstruction", options.depths.z[depth], z_m);
     std::vector<Image> light;
     {
       ProgressBar bar(options.report.quiet);
@@ -86,10 +99,11 @@ void run_reconstruct(const ReconstructArguments& options) {
         for (float& pixel : light[i].pixels) pixel = static_cast<float>(double{pixel} * gain);
       }
     }
+    const double blur = blur_px(options, viewer, specs[0].pitch_m.x, z_m);
     pictures.push_back(
         given.lasers ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels,
-                                         name, z_m, "light", options.report)
-                     : options.view.save(light, name, z_m, "intensity", options.report));
+                                         name, z_m, "light", options.report, blur)
+                     : options.view.save(light, name, z_m, "intensity", options.report, blur));
   }
   options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
 }
@@ -115,6 +129,14 @@ void add_reconstruct(CLI::App& app) {
                    "Focal length of the lens that the eye looks through, and its distance from the "
                    "hologram where it is another; report.json tells them when not given")
       ->type_name("LENGTH[,LENGTH]")
+      ->group(group::pictures);
+  command
+      ->add_option(
+          "--blur", options->blur,
+          "Blur the PNGs, which show what is seen: eye, by what the viewer makes out, or a "
+          "standard deviation as a length (60um) or in pixels (0px: none)")
+      ->type_name("eye|LENGTH")
+      ->capture_default_str()
       ->group(group::pictures);
   options->device.add_to(*command);
   options->view.add_to(*command);

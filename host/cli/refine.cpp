@@ -43,6 +43,7 @@ struct RefineArguments {
   bool strict = false;
   GoalOptions goal;
   DepthOptions depths;
+  FrameOption frame;
   PixelOptions pixels;
   DeviceOptions device;
   ReportOptions report;
@@ -284,7 +285,7 @@ Work work_of_field(const RefineArguments& options, const cl::Device& device, Pro
     const auto depth = name.substr(5, name.size() - 9);  // between lens_ and .exr
     RefineKey key;
     key.z_m = positive_length_m(depth, in_quotes(picture.string()) + ": the depth");
-    key.picture = load_grey(picture, picture.string());
+    key.picture = in_frame(load_grey(picture, picture.string()), options.frame.frame());
     key.pixel_m = task.hologram.pitch_m;
     task.refined.keys.push_back(key);
     if (options.table) task.judged.push_back({KeyRole::optimised, key});
@@ -440,6 +441,7 @@ void add_refine(CLI::App& app) {
                    "them (lens_18.55mm.exr)")
       ->type_name("FOLDER")
       ->group(group::refinement);
+  options->frame.add_to(*command, "From where the pictures of --targets are seen");
   command
       ->add_flag("--table,!--no-table", options->table,
                  "Compare field, phase and levels with the lens afterwards")

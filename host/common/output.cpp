@@ -34,6 +34,7 @@ std::array<Slot, 16> slots;
 
 std::atomic<bool> is_ending{false};  // by a signal: nothing new may appear
 std::atomic<int> opening{0};         // threads that open a file
+std::atomic<const char*> added_at_end{nullptr};
 
 void wait_for_end() {
   while (true) ::pause();
@@ -140,8 +141,11 @@ void remove_left_over(const fs::path& folder) {
 }
 
 void end_at_signal(int signal) {
-  constexpr std::string_view says = "raywave: stopped; files that were whole before stay\n";
-  [[maybe_unused]] const auto written = ::write(STDERR_FILENO, says.data(), says.size());
+  const char* more = added_at_end;
+  for (const std::string_view says :
+       {std::string_view("raywave: stopped; files that were whole before stay"),
+        std::string_view(more ? more : ""), std::string_view("\n")})
+    [[maybe_unused]] const auto written = ::write(STDERR_FILENO, says.data(), says.size());
   is_ending = true;
   // Other threads may be opening files; this one, too, and then waiting would not end
   constexpr timespec a_moment{0, 1'000'000};
@@ -243,6 +247,8 @@ void remove_temporaries_at_signals() {
     sigaction(signal, &action, nullptr);
   }
 }
+
+void add_to_end_at_signals(const char* text) { added_at_end = text; }
 
 void write_text(const fs::path& file, const std::string& text) {
   write_whole(file, [&](OutputFile& output) { output.write(text); });

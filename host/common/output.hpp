@@ -60,6 +60,9 @@ private:
 /// Removes the temporary files of this program when SIGINT, SIGTERM or SIGHUP ends it, and says so.
 void remove_temporaries_at_signals();
 
+/// What they say, too, from now on. `text` lives as long as the program.
+void add_to_end_at_signals(const char* text);
+
 /// Calls `write` with a temporary file beside `file`, then renames it to `file`. When `write`
 /// throws, or a byte cannot be written, the temporary file is removed and `file` stays as it was.
 /// Creates the parent folder, and removes temporary files that killed programs have left there.

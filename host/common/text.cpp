@@ -11,6 +11,8 @@
 #include <utility>
 #include <vector>
 
+#include "host/common/format.hpp"
+
 namespace raywave {
 
 std::string one_line(std::string_view text) {
@@ -59,6 +61,7 @@ std::string extension_of(const std::filesystem::path& file) {
 }
 
 std::string number_text(double value) {
+  value += 0.0;  // of -0, 0
   std::array<char, 32> digits;
   const auto end = std::to_chars(digits.data(), digits.data() + digits.size(), value,
                                  std::chars_format::general, 6)
@@ -90,6 +93,10 @@ std::string length_text(double length_m) {
     if (std::abs(length_m) >= unit_m) return number_text(length_m / unit_m) + name;
   return std::abs(length_m) >= 1e-12 ? number_text(length_m * 1e9) + " nm"
                                      : number_text(length_m) + " m";
+}
+
+std::string millimetres(double length_m, int digits) {
+  return format("%.*g mm", digits, std::abs(length_m) < 1e-12 ? 0.0 : length_m * 1e3);
 }
 
 std::string laser_name(double wavelength_m) {

@@ -23,8 +23,9 @@ using Rows = std::ostringstream;
 
 double degrees_of(double sine) { return std::asin(sine) * 180 / std::numbers::pi; }
 
-std::string mm(double metres) { return format("%.4g mm", metres * 1e3); }
-std::string number(double value) { return format("%.2g", value); }
+std::string mm(double metres) { return millimetres(metres, 4); }
+/// What is below 1e-12 is rounding noise: 0
+std::string number(double value) { return format("%.2g", std::abs(value) < 1e-12 ? 0.0 : value); }
 
 /// Two digits, more of large numbers.
 std::string seconds(double value) {
@@ -65,13 +66,35 @@ void add_hologram(const Plan& plan, const SlmLight& light, Rows& out) {
                                     : ", in the picture\n");
 }
 
+/// Of each object, the share of its surface that turns its back to the viewer, each part as large
+/// as it looks from there.
+std::vector<double> shares_from_behind(const World& world) {
+  std::vector<double> behind(world.object_closed.size(), 0), all = behind;
+  for (std::size_t t = 0; t < world.triangles.size(); ++t) {
+    const auto [a, b, c] = world.corners_m(t);
+    const auto middle = a + b + c;
+    // The line of sight goes through the hologram
+    const auto ahead = middle.z == 0 ? glm::dvec3(0, 0, 1) : middle / middle.z;
+    const double turned = glm::dot(glm::cross(b - a, c - a), ahead);
+    const auto object = static_cast<std::size_t>(world.triangle_object[t]);
+    behind[object] += std::max(turned, 0.0);
+    all[object] += std::abs(turned);
+  }
+  for (std::size_t i = 0; i < all.size(); ++i) behind[i] = all[i] > 0 ? behind[i] / all[i] : 0;
+  return behind;
+}
+
 void add_objects(const Scene& scene, const World& world, Rows& out) {
+  constexpr double mostly = 0.75;
+  const auto behind = shares_from_behind(world);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
     const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),
                                   static_cast<std::int32_t>(i));
     out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
-        << (world.object_closed[i] ? "closed" : "open");
+        << (world.object_closed[i] ? "closed"
+            : behind[i] > mostly   ? "open, seen from behind"
+                                   : "open");
     const bool wears_own = i < world.found.size() && !world.found[i].materials.empty();
     if (wears_own) {
       out << ", materials of its own\n";
@@ -138,9 +161,11 @@ void add_planes(const Plan& plan, Rows& out) {
     if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
     out << " at " << mm(layer.distance_m);
+    const double behind_m = layer.distance_m - plan.extent.near_m;
     if (plan.layers.size() == 1)
-      out << ", " << mm(std::abs(plan.extent.near_m - layer.distance_m))
-          << (layer.distance_m > plan.extent.near_m ? " behind" : " in front of")
+      out << (mm(behind_m) == "0 mm" ? ", at"
+              : behind_m > 0         ? ", " + mm(behind_m) + " behind"
+                                     : ", " + mm(-behind_m) + " in front of")
           << " the nearest surface\n";
     else
       out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";

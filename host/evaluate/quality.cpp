@@ -395,8 +395,8 @@ std::map<std::string, double> sum_of_stages(const std::vector<RenderResult>& las
   return sums;
 }
 
-Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px, int free_columns,
-                    double* white) {
+Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, Frame frame, int cell_px,
+                    int free_columns, double* white) {
   // All pictures form one tall image, so that they share an exposure.
   RgbPicture all;
   std::size_t columns = 0;
@@ -405,7 +405,7 @@ Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px
     for (const auto& picture : row) {
       const auto rgb = rgb_of(picture);
       for (std::size_t c = 0; c < 3; ++c) {
-        const auto cell = small(rgb.channels[c], cell_px);
+        const auto cell = in_frame(small(rgb.channels[c], cell_px), frame);
         auto& channel = all.channels[c];
         channel.width = cell.width;
         channel.height += cell.height;
@@ -431,15 +431,15 @@ Sheet picture_sheet(const std::vector<std::vector<ImageList>>& rows, int cell_px
   return sheet;
 }
 
-Sheet contact_sheet(const QualityResult& result) {
+Sheet contact_sheet(const QualityResult& result, Frame frame) {
   std::vector<std::vector<ImageList>> pictures;
   for (const auto& row : result.rows) pictures.push_back({row.lens, row.hologram});
   double white = 0;
-  auto sheet = picture_sheet(pictures, sheet_cell_px, 1, &white);
+  auto sheet = picture_sheet(pictures, frame, sheet_cell_px, 1, &white);
   // Differences in colour are of values as a screen shows them, 0 to 1.
   if (pictures[0][0].size() > 1) white = 1;
   for (std::size_t row = 0; row < result.rows.size(); ++row) {
-    const auto& difference = result.rows[row].difference;
+    const auto difference = in_frame(result.rows[row].difference, frame);
     put_cell(sheet, 2, static_cast<int>(row), {difference.width, difference.height},
              diverging_colours(difference, sheet_full_difference * white));
   }

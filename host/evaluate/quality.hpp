@@ -20,6 +20,7 @@
 #include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/colour_picture.hpp"
+#include "host/view/frame.hpp"
 
 namespace raywave {
 
@@ -44,14 +45,14 @@ struct QualitySpec {
   std::function<void(double seen, double all)> lens_progress = {};
 };
 
-/// A part of the hologram: view and aperture of ReconstructSpec.
+/// A part of the hologram: view and aperture of ReconstructSpec. Left and right are the viewer's.
 struct QualityView {
   const char* name;
   glm::dvec2 centre, aperture;
 };
 inline const QualityView whole_view{"whole", {0, 0}, {1, 1}};
-inline const std::array<QualityView, 4> side_views{{{"left", {-0.5, 0}, {0.5, 0.5}},
-                                                    {"right", {0.5, 0}, {0.5, 0.5}},
+inline const std::array<QualityView, 4> side_views{{{"left", {0.5, 0}, {0.5, 0.5}},
+                                                    {"right", {-0.5, 0}, {0.5, 0.5}},
                                                     {"top", {0, 0.5}, {0.5, 0.5}},
                                                     {"bottom", {0, -0.5}, {0.5, 0.5}}}};
 
@@ -140,15 +141,17 @@ constexpr double sheet_full_difference = 0.25;
 /// all: 99.5 % of the pixels stay below white. Pictures wider than `cell_px` are averaged over
 /// squares of whole pixels.
 ///
-/// rows          each picture has one channel, or linear red, green and blue
+/// rows          each picture has one channel, or linear red, green and blue, in the hologram's
+///               frame; the sheet shows them in `frame`
 /// free_columns  left grey, on the right
 Sheet picture_sheet(const std::vector<std::vector<std::vector<Image>>>& rows,
-                    int cell_px = sheet_cell_px, int free_columns = 0, double* white = nullptr);
+                    Frame frame = Frame::eye, int cell_px = sheet_cell_px, int free_columns = 0,
+                    double* white = nullptr);
 
 /// Rows as in the result; columns: lens, hologram, difference. One exposure serves all rows: 99.5 %
 /// of the pixels of lens and hologram stay below white. The difference is red where the hologram is
 /// brighter, blue where it is darker, full at sheet_full_difference of white.
-Sheet contact_sheet(const QualityResult& result);
+Sheet contact_sheet(const QualityResult& result, Frame frame = Frame::eye);
 
 /// What compared fields and the colours of compared pictures have in all reports.
 nlohmann::ordered_json json_of(const FieldComparison& figures);

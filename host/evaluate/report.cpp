@@ -234,9 +234,15 @@ ViewerSpec viewer_of_report(const std::filesystem::path& report,
   if (!in) return viewer;
   try {
     const auto scene = scene_of_report(Json::parse(in), report, file);
-    if (!scene.contains("viewer") || !scene.at("viewer").contains("eyepiece_m")) return viewer;
-    viewer.eyepiece_m = scene.at("viewer").at("eyepiece_m").get<double>();
-    viewer.eyepiece_distance_m = scene.at("viewer").at("eyepiece_distance_m").get<double>();
+    if (!scene.contains("viewer")) return viewer;
+    const auto& told = scene.at("viewer");
+    const auto take = [&](const char* key, auto& value) {
+      if (told.contains(key) && told.at(key).is_number()) value = told.at(key).get<double>();
+    };
+    take("distance_m", viewer.distance_m);
+    take("resolution_m", viewer.resolution_m);
+    take("eyepiece_m", viewer.eyepiece_m);
+    take("eyepiece_distance_m", viewer.eyepiece_distance_m);
   } catch (const nlohmann::json::exception& error) {
     refuse_damaged(report, error);
   }

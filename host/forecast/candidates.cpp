@@ -5,7 +5,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <limits>
-#include <numbers>
 
 #include "host/carriers/planning/facts.hpp"
 #include "host/carriers/wrps/planning/padding_errors.hpp"
@@ -15,11 +14,10 @@
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/planning/tiles.hpp"
+#include "host/scene/eyepiece.hpp"
 
 namespace raywave {
 namespace {
-
-constexpr double arc_minute = std::numbers::pi / 180 / 60;
 
 /// Sampling pitches tried, over the resolution. Coarser lattices show their dots.
 constexpr std::array pitches_of_resolution{1.0, 0.85, 0.7, 0.6, 0.5, 0.42, 0.35, 0.3, 0.25};
@@ -48,11 +46,7 @@ Plan with_pitch(Plan plan, double pitch_m) {
 }  // namespace
 
 double detail_for_eye_m(const Scene& scene, const Plan& plan) {
-  // An eye at a thin lens sees what is beyond it under the angle that it has there, in focus
-  // however near it is. Real images before the hologram are nearer to the eye
-  const double eye_m =
-      scene.viewer.eyepiece_m ? scene.viewer.eyepiece_distance_m : scene.viewer.distance_m;
-  return arc_minute * std::max(eye_m + (plan.extent.near_m + plan.extent.far_m) / 2, eye_m / 4);
+  return detail_for_eye_m(scene.viewer, (plan.extent.near_m + plan.extent.far_m) / 2);
 }
 
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {

@@ -8,16 +8,9 @@
 #include <vector>
 
 #include "host/common/format.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
-
-/// Up to 6 digits: "3.74 mm".
-inline std::string millimetres(double metres) {
-  auto text = text_stream();
-  text.precision(6);
-  text << metres * 1e3 << " mm";
-  return text.str();
-}
 
 /// All digits of a count, as long as they are few.
 inline std::string count_text(double count) {

@@ -8,6 +8,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/format.hpp"
+#include "host/common/text.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
 namespace raywave {
@@ -50,8 +51,6 @@ double largest_shift_m(const Axis& axis, const Axis& other, double other_shift_m
   const double v = band.first <= band.last ? other.frequency(std::max(-band.first, band.last)) : 0;
   return axis.reach_m() + std::abs(distance_m) * u / std::sqrt(left - v * v);
 }
-
-std::string millimetres(double length_m) { return format("%.4g mm", length_m * 1e3); }
 
 std::vector<std::int32_t> firsts_then_lasts(const std::vector<Band>& bands) {
   std::vector<std::int32_t> table(2 * bands.size());
@@ -175,7 +174,7 @@ struct Propagator::State {
     const auto& [shift_m, distance_m] = target;
     const double wavelength_m = plan.spec.wavelength_m;
     const std::string too_far =
-        "propagation over " + millimetres(distance_m) + " is too far for its phase to be exact";
+        "propagation over " + millimetres(distance_m, 4) + " is too far for its phase to be exact";
     if (std::isfinite(distance_m) && std::abs(distance_m) / wavelength_m > most_turns)
       throw InputError(too_far);
     auto result = transfer(target);
@@ -183,15 +182,15 @@ struct Propagator::State {
       const double x_m = largest_shift_m(plan.x, plan.y, -shift_m.y, wavelength_m, distance_m),
                    y_m = largest_shift_m(plan.y, plan.x, shift_m.x, wavelength_m, distance_m);
       const bool beyond = std::abs(shift_m.x) > x_m || std::abs(shift_m.y) > y_m;
-      throw InputError("propagation over " + millimetres(distance_m) +
-                       ": no light arrives at a plane shifted by " + millimetres(shift_m.x) + ", " +
-                       millimetres(shift_m.y) +
+      throw InputError("propagation over " + millimetres(distance_m, 4) +
+                       ": no light arrives at a plane shifted by " + millimetres(shift_m.x, 4) +
+                       ", " + millimetres(shift_m.y, 4) +
                        (beyond
-                            ? "; the largest usable shift is " + millimetres(x_m) + " in x, " +
-                                  millimetres(y_m) + " in y"
-                            : "; a padded plane " + millimetres(side_m()) +
+                            ? "; the largest usable shift is " + millimetres(x_m, 4) + " in x, " +
+                                  millimetres(y_m, 4) + " in y"
+                            : "; a padded plane " + millimetres(side_m(), 4) +
                                   " wide samples too few directions to reach everywhere beyond " +
-                                  millimetres(side_m() * side_m() / wavelength_m) +
+                                  millimetres(side_m() * side_m() / wavelength_m, 4) +
                                   ": give a shorter distance, a larger hologram or more padding"));
     }
     if (result->remainder_turns > most_remainder_turns) throw InputError(too_far);

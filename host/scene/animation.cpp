@@ -126,7 +126,9 @@ double read_time(const Value& v, const Animation& animation) {
     const double picture = v.number(at_least(0));
     if (picture > most)
       v.fail("at most " + number_text(most) +
-             ", which is animation.frames; of fewer pictures, `at` must be shorter, too");
+             ", which is animation.frames; of fewer pictures, `at` must be shorter, too (animate "
+             "--pictures 0.." +
+             number_text(most - 1) + " makes a part of the animation)");
     return picture;
   }
   const double s = given_moment_s(v.node->as_string()->get(),

@@ -3,6 +3,7 @@
 
 #include <charconv>
 #include <fstream>
+#include <regex>
 
 namespace raywave {
 namespace {
@@ -88,6 +89,24 @@ int deep_line(std::string_view text) {
   return 0;
 }
 
+std::string_view line_of(std::string_view text, std::size_t number) {
+  for (; number > 1 && !text.empty(); --number)
+    text.remove_prefix(std::min(text.size(), text.find('\n') + 1));
+  return text.substr(0, text.find('\n'));
+}
+
+constexpr const char* bare_unit =
+    "a value with a unit needs quotes, also within brackets: \"100 mm\", [0, 0, \"100 mm\"]";
+
+/// Whether a number with a unit stands outside of quotes.
+bool has_bare_unit(std::string_view line) {
+  static const std::regex quoted("\"[^\"]*\"|'[^']*'|#.*"),
+      unit("[0-9.] *(nm|um|\u00b5m|\u03bcm|mm|cm|m|km|us|ms|s)\\s*(,|\\]|#|$)");
+  constexpr std::size_t most = 400;  // regular expressions take stack for each letter
+  const std::string read(line.substr(0, most));
+  return std::regex_search(std::regex_replace(read, quoted, ""), unit);
+}
+
 /// Parses the value as TOML; a text that is not TOML, such as `auto` or `8 um`, becomes a string.
 void assign(toml::table& table, std::string_view key, const std::string& text) {
   toml::table parsed;
@@ -124,6 +143,7 @@ void apply_override(Document& document, const std::string& text) {
 
     if (toml::table* table = node->as_table()) {
       if (is_last) {
+        if (text[equals + 1] == '[' && has_bare_unit(text.substr(equals + 1))) fail(bare_unit);
         assign(*table, key, text.substr(equals + 1));
         break;
       }
@@ -151,6 +171,13 @@ void apply_override(Document& document, const std::string& text) {
 }  // namespace
 
 SceneText read_scene_text(const std::filesystem::path& file) {
+  const auto type = extension_of(file);
+  for (const char* of_mesh :
+       {".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".fbx", ".dae", ".3ds"})
+    if (type == of_mesh)
+      throw InputError(one_line(file.string()) +
+                       ": is a mesh, and a scene is needed: raywave new " +
+                       one_line(file.string()) + " -o scene.toml writes one that shows it");
   SceneText text{read_text(file), file, {}};
   // /dev/stdin and /dev/fd/63 are what somebody pipes
   if (!file.string().starts_with("/dev/")) text.folder = file.parent_path();
@@ -170,8 +197,10 @@ Document parse_document(const SceneText& text, const std::vector<std::string>& o
   try {
     document.root = toml::parse(text.toml);
   } catch (const toml::parse_error& error) {
-    throw InputError(name + ":" + std::to_string(error.source().begin.line) + ": " +
-                     one_line(error.description()));
+    const auto line = error.source().begin.line;
+    throw InputError(
+        name + ":" + std::to_string(line) + ": " +
+        (has_bare_unit(line_of(text.toml, line)) ? bare_unit : one_line(error.description())));
   }
   for (const std::string& one : overrides) apply_override(document, one);
   return document;

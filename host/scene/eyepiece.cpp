@@ -1,6 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/eyepiece.hpp"
 
+#include <algorithm>
+#include <numbers>
+
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
@@ -16,6 +19,13 @@ double depth_of_dioptres(const ViewerSpec& viewer, double dioptres) {
     throw InputError("no plane is seen at " + number_text(dioptres) + " D through an eyepiece of " +
                      length_text(*viewer.eyepiece_m));
   return 1 / per_m - viewer.eyepiece_distance_m;
+}
+
+double detail_for_eye_m(const ViewerSpec& viewer, double z_m) {
+  constexpr double arc_minute = std::numbers::pi / 180 / 60;
+  const double eye_m = viewer.eyepiece_m ? viewer.eyepiece_distance_m : viewer.distance_m;
+  // Real images before the hologram are nearer to the eye
+  return arc_minute * std::max(eye_m + z_m, eye_m / 4);
 }
 
 double dioptres_of_depth(const ViewerSpec& viewer, double z_m) {

@@ -14,6 +14,10 @@ namespace raywave {
 /// throws  InputError without an eyepiece, and where there is no such plane
 double depth_of_dioptres(const ViewerSpec& viewer, double dioptres);
 
+/// What an eye makes out of the plane z_m: 1 arc minute. Behind a thin lens it sees what is beyond
+/// the lens under the angle that it has there, in focus however near it is.
+double detail_for_eye_m(const ViewerSpec& viewer, double z_m);
+
 /// The dioptres at which the plane z_m is seen; it must lie beyond the eyepiece, z_m > -e.
 double dioptres_of_depth(const ViewerSpec& viewer, double z_m);
 

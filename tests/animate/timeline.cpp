@@ -180,7 +180,9 @@ TEST_CASE("what is wrong in [animation] is refused with file, line and what woul
        "scene.toml:16: track 0: at[2] must be later than the key before it"},
       {track("of = \"object.0.scale\"\nat = [0, 11]\nvalues = [1, 1]\n"),
        "scene.toml:16: track 0: at[1] must be at most 10, which is animation.frames; of fewer "
-       "pictures, `at` must be shorter, too, got 11"},
+       "pictures, `at` must be shorter, too (animate --pictures 0..9 makes a part of the "
+       "animation), "
+       "got 11"},
       {track("of = \"object.0.scale\"\nat = [0, \"1 s\"]\nvalues = [1, 1]\n"),
        "at most 0.416667 s"},
       {track("of = \"object.0.scale\"\nat = [0, 5]\nvalues = [1]\n"),

@@ -57,18 +57,15 @@ TEST_CASE(
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
   const auto field = desk.out("field.npy").string();
-  // 1 / (z + distance) = 1 / focal length + dioptres
-  const auto name_at = [](double z_m) {
-    std::array<char, 64> name{};
-    std::snprintf(name.data(), name.size(), "views/reconstruction_%gmm.exr", 1e3 * z_m);
-    return std::string(name.data());
-  };
   for (const auto& [eyepiece, distance_m] : {std::pair("120mm", 0.12), {"120mm,10cm", 0.1}}) {
-    const auto seen = desk.run(
-        {"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o", desk.file("views")});
+    const auto seen = desk.run({"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o",
+                                desk.file("views"), "--json"});
     INFO(seen.err);
     CHECK(seen.code == 0);
-    CHECK(std::filesystem::exists(desk.file(name_at(1 / (1 / 0.12 - 1) - distance_m))));
+    // 1 / (z + distance) = 1 / focal length + dioptres
+    CHECK(Json::parse(seen.out).at("pictures").at(0).at("z_m").get<double>() ==
+          Catch::Approx(1 / (1 / 0.12 - 1) - distance_m));
+    CHECK(std::filesystem::exists(desk.file("views/reconstruction_-1D.exr")));
   }
 }
 

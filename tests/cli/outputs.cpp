@@ -182,6 +182,7 @@ TEST_CASE("temporary files go when a signal ends the program, and at the next ru
       const int err = open(desk.file("stderr").c_str(), O_WRONLY | O_CREAT | O_TRUNC, 0600);
       dup2(err, STDERR_FILENO);
       remove_temporaries_at_signals();
+      add_to_end_at_signals("; go on so");
       write_whole(desk.out("large.bin"), [&](OutputFile& output) {
         output.write("half of it");
         raise(signal);
@@ -192,7 +193,7 @@ TEST_CASE("temporary files go when a signal ends the program, and at the next ru
     REQUIRE(waitpid(child, &status, 0) == child);
     CHECK(WIFSIGNALED(status));
     CHECK(WTERMSIG(status) == signal);
-    CHECK_SAYS(bytes_of(desk.file("stderr")), "raywave: stopped");
+    CHECK_SAYS(bytes_of(desk.file("stderr")), "raywave: stopped", "before stay; go on so\n");
     CHECK_FALSE(fs::exists(desk.out("large.bin")));
     for (const auto& entry : fs::directory_iterator(desk.out("")))
       CHECK_FALSE(entry.path().filename().string().starts_with("large"));

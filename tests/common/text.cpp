@@ -27,4 +27,14 @@ TEST_CASE("numbers in texts are those of C, whatever locale the program has set"
   CHECK(texts() == before);
 }
 
+TEST_CASE("rounding noise and negative zero are told as 0, and what a user gave is told as given") {
+  CHECK(millimetres(-0.0) == "0 mm");
+  CHECK(millimetres(1.388e-17) == "0 mm");
+  CHECK(millimetres(-1.388e-17, 4) == "0 mm");
+  CHECK(millimetres(1e-10) == "1e-07 mm");  // the smallest pitch
+  CHECK(millimetres(-0.0123456789, 4) == "-12.35 mm");
+  CHECK(number_text(-0.0) == "0");
+  CHECK(length_text(1e-13) == "1e-13 m");
+}
+
 }  // namespace raywave

@@ -147,6 +147,28 @@ TEST_CASE(
   CHECK(wrong == 0);
 }
 
+TEST_CASE("the contact sheet shows each picture as an eye sees it, or as the arrays are") {
+  QualityResult result;
+  result.rows.resize(1);
+  auto& row = result.rows[0];
+  row.lens = {flat(4, 2, 0.0f)};
+  row.lens[0].pixels[0] = 1;  // top left
+  row.hologram = row.lens;
+  row.difference = row.lens[0];
+  const auto eye = contact_sheet(result), along_light = contact_sheet(result, Frame::hologram);
+  const auto differs = [](const Sheet& sheet, int x) {
+    return !std::equal(&sheet.rgb[3 * x], &sheet.rgb[3 * x + 3],
+                       &sheet.rgb[3 * (x == 0 ? 1 : x - 1)]);
+  };
+  for (int cell = 0; cell < 3; ++cell) {
+    const int left = cell * (4 + sheet_gap_px);
+    CHECK(!std::equal(&along_light.rgb[3 * left], &along_light.rgb[3 * left + 3],
+                      &along_light.rgb[3 * left + 3]));
+    CHECK(differs(eye, left + 3));
+    CHECK(std::equal(&eye.rgb[3 * left], &eye.rgb[3 * left + 3], &eye.rgb[3 * left + 3]));
+  }
+}
+
 TEST_CASE("wide pictures are made smaller for the sheet by averaging") {
   const auto device = test::all_devices().front();
   const auto scene = small_study("0", "sampling.frames=1");

@@ -363,6 +363,18 @@ TEST_CASE("text that is not TOML is refused with its line") {
              Catch::Matchers::StartsWith("scene.toml:1: "));
 }
 
+TEST_CASE("values with units that lack their quotes are told of them, other mistakes are not") {
+  const Workshop workshop;
+  const auto needs_quotes = Catch::Matchers::ContainsSubstring("unit needs quotes");
+  for (const char* line : {"position = [0, 0, 100 mm]", "position = [0, 0, 100mm]",
+                           "width = 12.5 mm  # \"12 mm\"", "pitch = 3.74 \u00b5m", "a = [1 m, 2]"})
+    CHECK_THAT(workshop.refusal(with_line(8, line)), needs_quotes);
+  for (const char* line : {"padding = = 2", "a = \"1 mm\" x", "a = 5 metres", "a = [5 mmm"})
+    CHECK_THAT(workshop.refusal(with_line(8, line)), !needs_quotes);
+  CHECK_THAT(workshop.refusal(std::string(1 << 19, '"')), !needs_quotes);
+  CHECK_THAT(workshop.refusal(kScene, {"object.0.position=[0, 0, 100mm]"}), needs_quotes);
+}
+
 TEST_CASE("deep nesting is refused before it is followed") {
   const Workshop workshop;
   const auto repeat = [](const std::string& text, int count) {

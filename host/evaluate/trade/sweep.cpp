@@ -284,7 +284,7 @@ Sheet TradeBench::sheet(const Progress& progress) {
       cells[row].push_back(look.rows[row].hologram);
     }
   }
-  return picture_sheet(cells, trade_sheet_cell_px);
+  return picture_sheet(cells, Frame::eye, trade_sheet_cell_px);
 }
 
 std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {

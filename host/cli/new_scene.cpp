@@ -1,0 +1,206 @@
+// SPDX-License-Identifier: Apache-2.0
+// raywave new: a first scene for a mesh, which fits before an SLM and plans without a warning.
+#include <array>
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <glm/common.hpp>
+#include <glm/exponential.hpp>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <regex>
+#include <sstream>
+
+#include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
+#include "host/common/error.hpp"
+#include "host/common/format.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/plan/lattice.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct NewArguments {
+  std::string mesh, slm, out;
+  ReportOptions report;
+};
+
+/// Where the mesh stands, and what follows from it.
+struct Fit {
+  double width_m = 1e-3, z_m = 0.1, pitch_m = 1e-4;
+  glm::dvec2 shift_m{0, 0};
+};
+
+/// A length of two or three digits, as a person writes it: "12 mm".
+std::string rounded(double length_m, int digits = 2) {
+  if (length_m == 0) return "0 mm";
+  const double unit = std::pow(10, std::floor(std::log10(std::abs(length_m))) - (digits - 1));
+  return length_text(std::round(length_m / unit) * unit);
+}
+
+fs::path seen_from(const fs::path& file, const fs::path& folder) {
+  std::error_code error;
+  const auto near = fs::relative(file, folder.empty() ? fs::path(".") : folder, error);
+  return error || near.empty() ? fs::absolute(file) : near;
+}
+
+/// The lines of sections [hologram], [slm], [illumination] and [viewer] of a file; names of files
+/// are made to hold from the scene's folder.
+std::string copied_sections(const fs::path& slm, const fs::path& folder) {
+  static const std::regex heading("^ *\\[+ *([a-z]+).*"), name("\"([^\"]{1,200})\"");
+  std::istringstream lines(read_scene_text(slm).toml);
+  std::string text;
+  bool wanted = false;
+  for (std::string line; std::getline(lines, line);) {
+    std::smatch found;
+    if (line.size() < 400 && std::regex_match(line, found, heading))
+      wanted = found[1] == "hologram" || found[1] == "slm" || found[1] == "illumination" ||
+               found[1] == "viewer";
+    if (!wanted) continue;
+    std::error_code error;
+    if (line.size() < 400 && std::regex_search(line, found, name))
+      if (const auto file = slm.parent_path() / found[1].str();
+          fs::path(found[1].str()).is_relative() && fs::is_regular_file(file, error))
+        line.replace(static_cast<std::size_t>(found.position(1)), found[1].str().size(),
+                     seen_from(file, folder).generic_string());
+    text += line + "\n";
+  }
+  return text;
+}
+
+/// "key = value" with its comment at a column of its own.
+std::string entry(const std::string& key_and_value, const char* comment) {
+  return format("%-34s # %s\n", key_and_value.c_str(), comment);
+}
+
+std::string scene_text(const NewArguments& options, const std::string& sections, const Fit& fit) {
+  const auto folder = fs::path(options.out).parent_path();
+  const auto quoted = [](const std::string& text) { return '"' + text + '"'; };
+  std::string text =
+      "# Written by raywave new. docs/scene.md tells all keys; raywave preview shows "
+      "what a viewer sees.\n\n";
+  if (sections.find("[hologram]") == std::string::npos)
+    text += "[hologram]\n" + entry("resolution = [1920, 1080]", "pixels of the SLM, x and y") +
+            entry("pitch = \"3.74 um\"", "distance of their centres") +
+            entry("wavelength = \"638 nm\"", "of the laser") + "\n";
+  std::string shift;
+  if (fit.shift_m != glm::dvec2(0))
+    shift = entry("shift = [" + quoted(rounded(fit.shift_m.x, 3)) + ", " +
+                      quoted(rounded(fit.shift_m.y, 3)) + "]",
+                  "moves the picture beside the light that the SLM leaves as it is") +
+            entry("shift_distance = " + quoted(rounded(fit.z_m)), "at this depth");
+  if (const auto slm = sections.find("[slm]"); slm != std::string::npos)
+    text += sections.substr(0, slm) + "[slm]\n" + shift +
+            sections.substr(std::min(sections.find('\n', slm), sections.size() - 1) + 1);
+  else
+    text += sections + (shift.empty() ? "" : "[slm]\n" + shift);
+  const auto mesh = seen_from(options.mesh, folder).generic_string();
+  return text + "\n[sampling]\n" +
+         entry("pitch = " + quoted(rounded(fit.pitch_m)),
+               "distance of the points of light on surfaces: finer takes longer") +
+         "\n[[light]]\n" +
+         entry("direction = [0.5, -0.6, 0.62]",
+               "of its travel: from the viewer's side, right and above") +
+         "\n[[light]]\n" + entry("type = \"ambient\"", "light from everywhere") +
+         entry("intensity = 0.5", "1 is that of the first light") + "\n[[object]]\n" +
+         entry("mesh = " + nlohmann::json(mesh).dump(), "OBJ, PLY, STL, glTF ...") +
+         entry("width = " + quoted(rounded(fit.width_m)), "its size along x") +
+         entry("position = [0, 0, " + quoted(rounded(fit.z_m)) + "]",
+               "of its middle: -x is the viewer's right, y up, z beyond the SLM") +
+         entry("rotation = [0, 180, 0]",
+               "degrees about x, y, z: turns the mesh's front, +z, to the viewer");
+}
+
+/// Finds the nearest place at which a scene plans without a warning: there the pixels show all of
+/// the mesh, and the light that the SLM leaves undiffracted falls beside it.
+std::string fitted_scene(const NewArguments& options, std::vector<std::string>& warnings) {
+  const fs::path out(options.out);
+  const auto sections = options.slm.empty() ? "" : copied_sections(options.slm, out.parent_path());
+  const bool may_shift = !std::regex_search(
+      sections, std::regex("(^|\n) *(shift|carrier|stop|encoding *= *\"off-axis)"));
+  Fit fit;
+  std::string text;
+  const auto parsed = [&] {
+    text = scene_text(options, sections, fit);
+    return parse_scenes({text, out, out.parent_path()});
+  };
+  auto scenes = parsed();
+  auto world = build_world(scenes[0]);
+  const auto size = (world.max_m - world.min_m) / fit.width_m;  // in widths
+  const auto hologram = scenes[0].hologram;
+  const auto slm_m = glm::dvec2(hologram.resolution) * hologram.pitch_m;
+  constexpr double share = 0.6;
+  fit.width_m = share * std::min({slm_m.x, slm_m.y / std::max(size.y, 1e-6),
+                                  std::min(slm_m.x, slm_m.y) / std::max(size.z, 1e-6)});
+  const auto tangents =
+      hologram.wavelength_m / 2.0 / hologram.pitch_m;  // of the steepest light, nearly
+  const auto reach_m = (slm_m + fit.width_m * glm::dvec2(1, size.y)) / 2.0;
+  const double nearest_m = std::max(reach_m.x / tangents.x, reach_m.y / tangents.y);
+  constexpr int tries = 12;
+  constexpr double farther = 1.2;
+  for (int i = 0; i < tries; ++i) {
+    fit.z_m = nearest_m * std::pow(farther, i) + fit.width_m * size.z / 2;
+    fit.pitch_m = 1.2 * hologram.wavelength_m * fit.z_m / std::min(slm_m.x, slm_m.y);
+    fit.shift_m = {0, 0};
+    for (const bool shifted : {false, true}) {
+      scenes = parsed();
+      world = build_world(scenes[0]);
+      const auto planned = plan_scenes(scenes, world, {});
+      warnings = planned[0].warnings;
+      if (warnings.empty()) return text;
+      if (shifted || !may_shift) break;
+      fit.shift_m = planned[0].prediction.slm_light.beside_m;
+      if (fit.shift_m == glm::dvec2(0)) break;
+    }
+  }
+  return text;
+}
+
+void run_new(const NewArguments& options) {
+  std::error_code error;
+  if (fs::exists(options.out, error))
+    throw InputError(in_quotes(options.out) +
+                     ": is there already, and is not overwritten; give "
+                     "another --output, or remove it");
+  std::vector<std::string> warnings;
+  const auto text = fitted_scene(options, warnings);
+  write_text(options.out, text);
+  for (const auto& warning : warnings) options.report.note(warning);
+  if (options.report.prints_text())
+    std::printf("%s  next: raywave preview %s, raywave plan %s\n", options.out.c_str(),
+                options.out.c_str(), options.out.c_str());
+  options.report.write(nlohmann::ordered_json{{"scene", options.out}, {"warnings", warnings}});
+}
+
+}  // namespace
+
+void add_new(CLI::App& app) {
+  auto* command =
+      add_command(app, section::make, "new", "Write a scene that shows a mesh beyond an SLM",
+                  "build/raywave new data/vase.glb -o vase.toml --slm data/bench.toml");
+  auto options = std::make_shared<NewArguments>();
+  command->add_option("MESH", options->mesh, "OBJ, PLY, STL, OFF, glTF ...")
+      ->type_name("FILE")
+      ->required();
+  command
+      ->add_option("--slm", options->slm,
+                   "File whose sections [hologram], [slm], [illumination] and [viewer] are taken; "
+                   "1920 x 1080 pixels of 3.74 um at 638 nm when not given")
+      ->type_name("SCENE")
+      ->group(group::scene);
+  command->add_option("-o,--output", options->out, "The scene file, which must not be there yet")
+      ->type_name("FILE")
+      ->required()
+      ->group(group::output);
+  options->report.add_to(*command, "what was written");
+  command->callback([options] { run_new(*options); });
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,71 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <nlohmann/json.hpp>
+#include <string>
+
+#include "tests/support/program.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+using Catch::Matchers::ContainsSubstring;
+
+TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLMs of three kinds") {
+  const Desk desk;
+  desk.folder().write(
+      "bench.toml",
+      "[hologram]\nresolution = [1920, 1200]\npitch = \"8 um\"\nwavelength = "
+      "\"532 nm\"\n[slm]  # of the bench\nlevels_per_turn = 250\n[viewer]\ndistance "
+      "= \"50 cm\"\n");
+  desk.folder().write("stopped.toml", "[slm]\nstop = [0.5, 0.5]\n");
+  for (const auto& entry : std::filesystem::directory_iterator(RAYWAVE_DATA_DIR)) {
+    const auto mesh = entry.path();
+    if (mesh.extension() != ".ply" && mesh.extension() != ".glb") continue;
+    for (const char* slm : {"", "bench.toml", "stopped.toml"}) {
+      INFO(mesh << " before " << slm);
+      const auto scene = desk.file("new.toml");
+      std::filesystem::remove(scene);
+      std::vector<std::string> words{"new", mesh.string(), "-o", scene};
+      if (*slm) words.insert(words.end(), {"--slm", desk.file(slm)});
+      const auto made = desk.run(words);
+      INFO(made.err);
+      REQUIRE(made.code == 0);
+      CHECK(made.err.empty());
+      const auto plan = desk.run({"plan", scene, "--json", "--strict"});
+      INFO(plan.err);
+      REQUIRE(plan.code == 0);
+      const auto json = nlohmann::json::parse(plan.out);
+      CHECK(json.at("warnings").empty());
+      CHECK_THAT(bytes_of(scene),
+                 ContainsSubstring("shift = [") || ContainsSubstring("stop = [0.5, 0.5]"));
+    }
+  }
+}
+
+TEST_CASE(
+    "a new scene takes the SLM's sections with files where they are, and overwrites nothing") {
+  const Desk desk;
+  desk.folder().write("lab/lut.txt", "");
+  desk.folder().write("lab/slm.toml",
+                      "[[object]]\nmesh = \"other.obj\"\n[slm]\nlevels_per_turn = 240\n# lut = "
+                      "\"lut.txt\"\n[sampling]\nframes = 7\n");
+  const std::vector<std::string> words{"new",   desk.file("square.obj"),
+                                       "-o",    desk.file("new.toml"),
+                                       "--slm", desk.file("lab/slm.toml")};
+  const auto made = desk.run(words);
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  const auto text = bytes_of(desk.file("new.toml"));
+  CHECK_THAT(text, ContainsSubstring("levels_per_turn = 240") &&
+                       ContainsSubstring("\"lab/lut.txt\"") && !ContainsSubstring("other.obj") &&
+                       !ContainsSubstring("frames = 7"));
+  CHECK_THAT(text, ContainsSubstring("mesh = \"square.obj\""));
+  check_refused(desk.run(words), 2, "is there already, and is not overwritten");
+  CHECK(bytes_of(desk.file("new.toml")) == text);
+  check_refused(desk.run({"new", desk.file("none.obj"), "-o", desk.file("other.toml")}), 2,
+                "none.obj");
+  CHECK_FALSE(std::filesystem::exists(desk.file("other.toml")));
+}
+
+}  // namespace
+}  // namespace raywave
