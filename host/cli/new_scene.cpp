@@ -19,7 +19,6 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/presets.hpp"
-#include "host/plan/lattice.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave::cli {

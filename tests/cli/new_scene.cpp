@@ -45,6 +45,7 @@ TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLM
 TEST_CASE(
     "a new scene takes the SLM's sections with files where they are, and overwrites nothing") {
   const Desk desk;
+  std::filesystem::create_directory(desk.folder() / "lab");
   desk.folder().write("lab/lut.txt", "");
   desk.folder().write("lab/slm.toml",
                       "[[object]]\nmesh = \"other.obj\"\n[slm]\nlevels_per_turn = 240\n# lut = "
