@@ -99,7 +99,7 @@ void run_lens(const LensArguments& options) {
 }
 
 /// All of the scene that the pixels can show, in the plane z_m around the axis: a tenth more than
-/// its box covers, seen from the middle of the hologram.
+/// it covers, and two pixels, seen from the middle of the hologram.
 glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
   glm::dvec2 half_m(0);
   for (const auto& place : positions_now(world))
@@ -107,7 +107,8 @@ glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
       half_m = glm::max(half_m, glm::abs(glm::dvec2(place) / place.z) * std::abs(z_m));
   const auto sine = glm::min(plan.hologram.largest_sine, 0.999);
   const auto reach_m = std::abs(z_m) * sine / glm::sqrt(1.0 - sine * sine) + plan.window_m() / 2.0;
-  return 2.0 * glm::max(glm::min(1.1 * half_m, reach_m), plan.hologram.pitch_m);
+  return 2.0 * glm::max(glm::min(1.1 * half_m + 2.0 * plan.hologram.pitch_m, reach_m),
+                        plan.hologram.pitch_m);
 }
 
 /// As the eye sees it through the middle of the hologram, all depths in focus.
