@@ -122,8 +122,8 @@ std::string scene_text(const NewArguments& options, const std::string& sections,
 std::string fitted_scene(const NewArguments& options, std::vector<std::string>& warnings) {
   const fs::path out(options.out);
   const auto sections = options.slm.empty() ? "" : copied_sections(options.slm, out.parent_path());
-  const bool may_shift = !std::regex_search(
-      sections, std::regex("(^|\n) *(shift|carrier|stop|encoding *= *\"off-axis)"));
+  const bool may_shift =
+      !std::regex_search(sections, std::regex("(^|\n) *(shift|carrier|encoding *= *\"off-axis)"));
   Fit fit;
   std::string text;
   const auto parsed = [&] {
