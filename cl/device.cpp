@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "cl/aborts.hpp"
+#include "cl/choose_device.hpp"
 #include "cl/environment.hpp"
 #include "cl/error_text.hpp"
 #include "host/common/cache.hpp"
@@ -108,25 +109,6 @@ AllFound find_all() {
   return all;
 }
 
-std::string lower(std::string_view text) {
-  std::string result(text);
-  std::transform(result.begin(), result.end(), result.begin(),
-                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
-  return result;
-}
-
-std::string listing(const std::vector<DeviceInfo>& devices) {
-  std::string text;
-  for (const auto& d : devices) text += (text.empty() ? "" : ", ") + d.index + " " + d.name;
-  return text;
-}
-
-std::vector<DeviceInfo> infos_of(const AllFound& all) {
-  std::vector<DeviceInfo> infos;
-  for (const auto& found : all.devices) infos.push_back(found.info);
-  return infos;
-}
-
 /// What may be why there is no device, and what to do.
 std::string cure_of(const AllFound& all) {
   if (!all.hint.empty()) return all.hint;
@@ -141,29 +123,24 @@ std::string cure_of(const AllFound& all) {
 
 }  // namespace
 
-std::vector<DeviceInfo> list_devices() { return infos_of(find_all()); }
+std::vector<DeviceInfo> list_devices() {
+  std::vector<DeviceInfo> infos;
+  for (const auto& found : find_all().devices) infos.push_back(found.info);
+  return infos;
+}
 
 DeviceInfo find_device(std::string_view choice) {
   const auto all = find_all();
-  const auto devices = infos_of(all);
-  if (devices.empty()) throw DeviceError("no OpenCL device found: " + cure_of(all));
+  if (all.devices.empty()) throw DeviceError("no OpenCL device found: " + cure_of(all));
   const auto preferred = environment_variable("RAYWAVE_DEVICE");
   if (choice.empty()) choice = preferred;
-  if (choice.empty()) {
-    return *std::min_element(devices.begin(), devices.end(),
-                             [](const auto& a, const auto& b) { return a.kind < b.kind; });
-  }
-  std::vector<DeviceInfo> fitting;
-  for (const auto& d : devices) {
-    if (d.index == choice) return d;
-    if (lower(d.platform + " " + d.name).find(lower(choice)) != std::string::npos)
-      fitting.push_back(d);
-  }
-  if (fitting.size() == 1) return fitting[0];
-  const std::string asked = "device \"" + std::string(choice) + "\"";
-  if (fitting.empty())
-    throw DeviceError(asked + ": no such device; there are: " + listing(devices));
-  throw DeviceError(asked + " fits more than one, name its index: " + listing(fitting));
+  std::vector<Offer> offers;
+  for (const auto& [info, handle] : all.devices)
+    offers.push_back(
+        {info.index, info.platform, info.name, info.version, info.kind,
+         !handle.getInfo<CL_DEVICE_HOST_UNIFIED_MEMORY>(),
+         std::uint64_t{info.compute_units} * handle.getInfo<CL_DEVICE_MAX_CLOCK_FREQUENCY>()});
+  return all.devices[choose_device(offers, choice)].info;
 }
 
 Device::Device(const DeviceInfo& info) : info_(info) {

@@ -46,9 +46,9 @@ struct DeviceInfo {
 /// Every device of every platform, in the order of the ICD loader; empty when there is none.
 std::vector<DeviceInfo> list_devices();
 
-/// The device that `choice` names: an index ("0:1") or part of its name or platform, letters of
-/// either case. When `choice` is empty the environment's RAYWAVE_DEVICE decides, and when that is
-/// empty the first GPU, else accelerator, else CPU, else any.
+/// The device that `choice` names: an index ("0:1"), a kind ("gpu") or part of its name, platform
+/// or version, letters of either case; empty: that of the environment's RAYWAVE_DEVICE, else a GPU,
+/// the fastest of several, else the first accelerator, CPU, any (choose_device.hpp).
 ///
 /// throws  DeviceError listing what there is when nothing, or more than one, fits
 DeviceInfo find_device(std::string_view choice = {});

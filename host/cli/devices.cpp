@@ -3,6 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "cl/choose_device.hpp"
 #include "cl/fft.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -11,20 +12,6 @@
 namespace raywave::cli {
 
 namespace {
-
-const char* name_of(cl::DeviceKind kind) {
-  switch (kind) {
-    case cl::DeviceKind::gpu:
-      return "GPU";
-    case cl::DeviceKind::accelerator:
-      return "accelerator";
-    case cl::DeviceKind::cpu:
-      return "CPU";
-    case cl::DeviceKind::other:
-      break;
-  }
-  return "other";
-}
 
 std::vector<std::string> backends_of(const cl::DeviceInfo& device) {
   std::vector<std::string> names;

@@ -125,7 +125,7 @@ CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
 void DeviceOptions::add_device_to(CLI::App& command) {
   command
       .add_option("--device", device,
-                  "Index (0:1) or part of the name; RAYWAVE_DEVICE when not given")
+                  "Index (0:1), gpu, cpu, or part of a name (pocl); RAYWAVE_DEVICE when not given")
       ->type_name("DEVICE")
       ->group(group::device);
 }

@@ -7,6 +7,7 @@
 #include <functional>
 
 #include "cl/buffer.hpp"
+#include "cl/choose_device.hpp"
 #include "cl/error_text.hpp"
 #include "cl/program.hpp"
 #include "host/common/cache.hpp"
@@ -68,6 +69,41 @@ TEST_CASE("a device is found by its index, and by part of its name in letters of
       fitting += other.name.find(device.name.substr(device.name.size() / 3)) != std::string::npos;
     if (fitting == 1) CHECK(cl::find_device(part).index == device.index);
   }
+}
+
+TEST_CASE("kinds choose devices, of several GPUs the fastest with memory of its own") {
+  using cl::DeviceKind;
+  const auto offer = [](const char* index, DeviceKind kind, const char* name,
+                        std::uint64_t units_mhz, bool own_memory) {
+    return cl::Offer{index, "P", name, "1.2 Maker", kind, own_memory, units_mhz};
+  };
+  std::vector offers{offer("0:0", DeviceKind::cpu, "cpu-a", 1, false),
+                     offer("1:0", DeviceKind::gpu, "shared", 124800, false),
+                     offer("2:0", DeviceKind::gpu, "many slow", 30000, true),
+                     offer("2:1", DeviceKind::gpu, "few fast", 34000, true),
+                     offer("3:0", DeviceKind::accelerator, "board", 1, true),
+                     offer("4:0", DeviceKind::cpu, "cpu-b", 989901, false)};
+  const auto index = [&](const char* choice) {
+    return offers[cl::choose_device(offers, choice)].index;
+  };
+  CHECK(index("") == "2:1");
+  CHECK(index("GPU") == "2:1");
+  CHECK(index("cpu") == "0:0");
+  CHECK(index("accelerator") == "3:0");
+  CHECK(index("CPU-b") == "4:0");
+  CHECK(index("1:0") == "1:0");
+  CHECK_SAYS(test::device_error_of([&] { index("cpu-"); }), "fits more than one", "0:0", "4:0");
+  CHECK_SAYS(test::device_error_of([&] { index("maker"); }), "fits more than one", "2:1");
+  offers = {offers.back()};
+  CHECK(index("maker") == "4:0");
+  CHECK_SAYS(test::device_error_of([&] { index("gpu"); }), "no such device", "4:0 cpu-b");
+}
+
+DEVICE_TEST("a device is found by its kind, and PoCL by the name that its version has") {
+  const auto& info = device.info();
+  CHECK(cl::find_device(cl::name_of(info.kind)).kind == info.kind);
+  if (info.platform == "Portable Computing Language")
+    CHECK(cl::find_device("pocl").kind == info.kind);
 }
 
 TEST_CASE("RAYWAVE_DEVICE decides when no device is named, and only then") {

@@ -55,7 +55,7 @@ RAYWAVE_API const char* raywave_error(void);
 /* Reads a scene file. Kernels are compiled, and memory is taken, by the first render.
  *
  * overrides  keys to change, one "section.key=value" on each line ("wrp.padding=1.25"); or NULL
- * device     index ("0:1") or part of a name; NULL: RAYWAVE_DEVICE, else the first GPU or CPU
+ * device     index ("0:1"), kind ("gpu", "cpu") or part of a name; NULL: RAYWAVE_DEVICE, else a GPU
  * renderer   receives what raywave_close frees; NULL when the call fails */
 RAYWAVE_API int raywave_open(const char* file, const char* overrides, const char* device,
                              raywave_renderer** renderer);
