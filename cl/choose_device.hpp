@@ -26,9 +26,9 @@ struct Offer {
 };
 
 /// The device that `choice` names: an index ("0:1"), a kind ("gpu", "accelerator", "cpu"), or part
-/// of its name, platform or version, letters of either case. When it is empty a GPU goes first, then
-/// an accelerator, a CPU, any. Of several GPUs the first with memory of its own, then that with the
-/// largest product of compute units and clock; of other kinds the first.
+/// of its name, platform or version, letters of either case. When it is empty a GPU goes first,
+/// then an accelerator, a CPU, any. Of several GPUs those with memory of their own go first, then
+/// the largest product of compute units and clock; of other kinds the first listed.
 ///
 /// offers   one at least
 /// returns  its place among them

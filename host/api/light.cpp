@@ -8,7 +8,9 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
+#include "host/encode/pattern.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/double_propagation.hpp"
@@ -54,6 +56,19 @@ Picture as_picture(const RgbPicture& picture) {
   return {picture.width(), picture.height(), interleaved(picture.channels), 3};
 }
 
+/// Of one channel or three.
+Picture as_picture(const std::vector<Image>& channels) {
+  if (channels.size() == 1) return as_picture(channels[0]);
+  return as_picture(RgbPicture{{channels[0], channels[1], channels[2]}});
+}
+
+PictureComparison as_comparison(const ColourComparison& c, bool is_colour) {
+  const auto& of = c.luminance;
+  PictureComparison figures{of.psnr_db, of.ssim, of.scale, of.contrast_a, of.contrast_b, {}};
+  if (is_colour) figures.colours = {c.mean, c.median, c.most, c.most_of_95};
+  return figures;
+}
+
 Panel panel_of(const Slm& slm, glm::ivec2 size, const Pixels& pixels) {
   const auto hologram = hologram_spec(pixels, size);
   return {slm.state().at(hologram.wavelength_m), size, hologram.pitch_m, hologram.wavelength_m};
@@ -77,6 +92,18 @@ std::vector<std::vector<Level>> apart(const std::vector<Level>& all, const Level
   for (auto at = all.begin(); at != all.end(); at += static_cast<std::ptrdiff_t>(size))
     frames.emplace_back(at, at + static_cast<std::ptrdiff_t>(size));
   return frames;
+}
+
+Levels levels_of(const FieldStack& field, Panel wanted, const DeviceOptions& on) {
+  const auto panel = std::make_shared<const Panel>(std::move(wanted));
+  const auto opened = open(on);
+  Encoder encoder(opened.device, panel);
+  Levels levels{field.nx, field.ny, field.frames, panel->slm().bits, {}, {}};
+  if (levels.bits > 8)
+    levels.words = joined(raywave::encode<std::uint16_t>(opened.device, encoder, field));
+  else
+    levels.bytes = joined(raywave::encode(opened.device, encoder, field));
+  return levels;
 }
 
 }  // namespace
@@ -170,14 +197,26 @@ Picture lens(const Scene& scene, const ViewOptions& options, int points) {
 Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
               const DeviceOptions& on) {
   const auto stack = field_of(field, "field");
-  const auto panel = std::make_shared<const Panel>(panel_of(slm, {stack.nx, stack.ny}, pixels));
-  const auto opened = open(on);
-  Encoder encoder(opened.device, panel);
-  Levels levels{stack.nx, stack.ny, stack.frames, panel->slm().bits, {}, {}};
-  if (levels.bits > 8)
-    levels.words = joined(raywave::encode<std::uint16_t>(opened.device, encoder, stack));
-  else
-    levels.bytes = joined(raywave::encode(opened.device, encoder, stack));
+  return levels_of(stack, panel_of(slm, {stack.nx, stack.ny}, pixels), on);
+}
+
+Levels pattern(const std::string& name, std::array<int, 2> resolution, const Pixels& pixels,
+               const Slm& slm, const PatternOptions& options) {
+  const PatternSpec spec{pattern_of(name), options.focal_m, options.period_px, side_of(options.to)};
+  for (const int side : resolution)
+    if (side < 1 || side > 65536)
+      throw InputError("resolution: must be 1 to 65536 pixels, got " + std::to_string(side));
+  const auto hologram = hologram_spec(pixels, {resolution[0], resolution[1]});
+  const Panel panel(slm_of_pattern(slm.state().at(hologram.wavelength_m)), hologram.resolution,
+                    hologram.pitch_m, hologram.wavelength_m);
+  auto levels = levels_of(pattern_field(spec, hologram), panel, options.on);
+  const auto turned = [&](auto& of_frame) {
+    auto picture = for_slm(LevelPictureOf{panel.size_px(), std::move(of_frame)}, panel.slm());
+    levels.nx = picture.size_px.x;
+    levels.ny = picture.size_px.y;
+    of_frame = std::move(picture.levels);
+  };
+  levels.bits > 8 ? turned(levels.words) : turned(levels.bytes);
   return levels;
 }
 
@@ -208,14 +247,45 @@ PictureComparison compare(const PictureView& a, const PictureView& b,
     throw InputError("b: has " + std::to_string(b.channels) + " channels, a " +
                      std::to_string(a.channels) + "; both are grey, or both are in colour");
   if (a.channels == 3) {
-    const auto c = compare_colours(rgb_of(a, "a"), rgb_of(b, "b"), how);
-    const auto& of = c.luminance;
-    return {of.psnr_db,    of.ssim,
-            of.scale,      of.contrast_a,
-            of.contrast_b, PictureComparison::Colours{c.mean, c.median, c.most, c.most_of_95}};
+    return as_comparison(compare_colours(rgb_of(a, "a"), rgb_of(b, "b"), how), true);
   }
-  const auto c = compare_pictures(image_of(a, "a"), image_of(b, "b"), how);
-  return {c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b, {}};
+  ColourComparison c;
+  c.luminance = compare_pictures(image_of(a, "a"), image_of(b, "b"), how);
+  return as_comparison(c, false);
+}
+
+std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& options) {
+  if (!hologram.field().samples)
+    throw InputError("hologram: has no field, with which it was rendered (keep_field), to judge");
+  for (const double z_m : options.depths_m)
+    if (!std::isfinite(z_m) || z_m == 0)
+      throw InputError("depths: must be finite and not 0, got " + number_text(z_m));
+  if (options.border_px < 0)
+    throw InputError("border: must be 0 or more, got " + std::to_string(options.border_px));
+  QualitySpec what;
+  what.depths_m = options.depths_m;
+  if (options.window_m) what.window_m = vector_of(*options.window_m);
+  what.blur_m = options.blur_m;
+  what.views = options.views;
+  what.lens_points = options.lens_points;
+  what.border_px = options.border_px;
+  const auto opened = open(options.on);
+  raywave::RenderOptions how;
+  how.fft = opened.fft;
+  how.progress = progress_of(options.progress);
+  const auto scene = hologram.scene();
+  const auto& scenes = scene.state().scenes;
+  LensPictures lens;
+  const auto result =
+      assess(opened.device, scenes, scene.state().world(), rendered_of(hologram), how, what, lens);
+  std::vector<QualityRow> rows;
+  for (const auto& row : result.rows) {
+    const bool is_colour = row.lens.size() > 1;
+    rows.push_back({row.z_m, row.view, as_comparison(row.figures, is_colour),
+                    as_comparison(row.field_figures, is_colour), row.light_share, row.haze,
+                    as_picture(row.lens), as_picture(row.hologram)});
+  }
+  return rows;
 }
 
 }  // namespace raywave::v0

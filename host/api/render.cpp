@@ -6,6 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "cl/choose_device.hpp"
 #include "host/api/state.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -17,20 +18,6 @@
 
 namespace raywave::v0 {
 namespace {
-
-const char* name_of(cl::DeviceKind kind) {
-  switch (kind) {
-    case cl::DeviceKind::gpu:
-      return "gpu";
-    case cl::DeviceKind::accelerator:
-      return "accelerator";
-    case cl::DeviceKind::cpu:
-      return "cpu";
-    case cl::DeviceKind::other:
-      break;
-  }
-  return "other";
-}
 
 Method method_of(const RenderOptions& options) {
   return raywave::method_of(options.method, "method " + in_quotes(options.method));
@@ -78,12 +65,24 @@ void append(FieldStack& all, FieldStack field) {
   all.samples.insert(all.samples.end(), field.samples.begin(), field.samples.end());
 }
 
+/// A scene with the values that were chosen.
+std::shared_ptr<const Scene::State> chosen(const Scene::State& scene,
+                                           std::vector<raywave::Scene> scenes) {
+  auto state = std::make_shared<Scene::State>(scene);
+  state->scenes = std::move(scenes);
+  state->is_planned = true;
+  return state;
+}
+
 std::string text_of(const nlohmann::ordered_json& report) { return report.dump(2) + "\n"; }
 
+/// scene     with the values chosen
 /// warnings  of the plan, for the user
-Hologram hologram_of(const std::vector<raywave::Scene>& scenes, Rendered result,
+Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
                      const Opened& opened, const std::vector<std::string>& warnings) {
+  const auto& scenes = scene->scenes;
   auto state = std::make_shared<Hologram::State>();
+  state->scene = scene;
   state->powers = result.powers;
   const auto& device = opened.device.info();
   std::vector<LaserFiles> files;
@@ -93,11 +92,12 @@ Hologram hologram_of(const std::vector<raywave::Scene>& scenes, Rendered result,
                                    laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()),
                                    !laser.field.samples.empty(), false));
     auto report = text_of(render_report_json(scenes[i], laser, device, opened.fft));
-    state->lasers.push_back({laser.plan, laser.panel, std::move(report), laser.notes});
+    state->lasers.push_back({{}, std::move(report)});
   }
   if (scenes.size() > 1) state->colour = scenes.front().colour.value().lasers;
   state->report = text_of(report_json(scenes, result, files, device, opened.fft));
-  for (auto& laser : result.lasers) {
+  for (std::size_t i = 0; i < scenes.size(); ++i) {
+    auto& laser = result.lasers[i];
     add_lines(state->notes, laser.notes);
     for (auto& frame : laser.levels) {
       if (state->levels.empty())
@@ -111,6 +111,10 @@ Hologram hologram_of(const std::vector<raywave::Scene>& scenes, Rendered result,
       if (!state->refined) state->refined.emplace();
       append(*state->refined, std::move(laser.refined->phases));
     }
+    laser.levels.clear();
+    laser.field = {};
+    if (laser.refined) laser.refined->phases = {};
+    state->lasers[i].result = std::move(laser);
   }
   add_lines(state->notes, warnings);
   return Hologram(std::move(state));
@@ -162,28 +166,26 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   if (!device.empty() || !cl::list_devices().empty()) figures = figures_of(device_info(device));
   const auto world = scene.state().world();
   auto planned = plan_scenes(scene.state().scenes, world, figures, wanted);
-  auto chosen = std::make_shared<Scene::State>(scene.state());
-  chosen->scenes.clear();
-  for (const auto& laser : planned) chosen->scenes.push_back(laser.scene);
-  chosen->is_planned = true;
+  std::vector<raywave::Scene> scenes;
+  for (const auto& laser : planned) scenes.push_back(laser.scene);
   auto text = plan_report_text(planned, world), json = text_of(plan_report_json(planned, world));
   auto warnings = planned[0].warnings;
-  if (auto warning = colour_warning(chosen->scenes, world); !warning.empty())
+  if (auto warning = colour_warning(scenes, world); !warning.empty())
     warnings.push_back(std::move(warning));
   return Plan(std::make_shared<Plan::State>(Plan::State{std::move(planned), std::move(text),
                                                         std::move(json), std::move(warnings),
-                                                        Scene(std::move(chosen))}));
+                                                        Scene(chosen(scene.state(), scenes))}));
 }
 
 Hologram::Hologram(std::shared_ptr<const State> state)
     : state_(std::move(state)), lasers_(state_->lasers.size()) {}
 Hologram::Hologram(std::shared_ptr<const State> state, std::size_t first, std::size_t lasers)
     : state_(std::move(state)), first_(first), lasers_(lasers) {}
-int Hologram::nx() const { return state_->lasers[first_].plan.hologram.size.x; }
-int Hologram::ny() const { return state_->lasers[first_].plan.hologram.size.y; }
-int Hologram::frames() const { return state_->lasers[first_].plan.hologram.frames; }
+int Hologram::nx() const { return state_->lasers[first_].result.plan.hologram.size.x; }
+int Hologram::ny() const { return state_->lasers[first_].result.plan.hologram.size.y; }
+int Hologram::frames() const { return state_->lasers[first_].result.plan.hologram.frames; }
 Pixels Hologram::pixels() const {
-  const auto& plan = state_->lasers[first_].plan;
+  const auto& plan = state_->lasers[first_].result.plan;
   return {{plan.hologram.pitch_m.x, plan.hologram.pitch_m.y},
           lasers_ > 1 ? 0 : plan.hologram.wavelength_m};
 }
@@ -193,7 +195,7 @@ int Hologram::lasers() const { return static_cast<int>(lasers_); }
 std::vector<double> Hologram::wavelengths_m() const {
   std::vector<double> all;
   for (std::size_t i = 0; i < lasers_; ++i)
-    all.push_back(state_->lasers[first_ + i].plan.hologram.wavelength_m);
+    all.push_back(state_->lasers[first_ + i].result.plan.hologram.wavelength_m);
   return all;
 }
 
@@ -221,7 +223,7 @@ Levels Hologram::for_slm(int frame) const {
   if (frame < 0 || frame >= frames())
     throw InputError("frame " + std::to_string(frame) + ": there are " + std::to_string(frames()) +
                      ", counted from 0");
-  const auto& plan = state_->lasers[first_].plan;
+  const auto& plan = state_->lasers[first_].result.plan;
   const auto size = static_cast<std::size_t>(nx()) * static_cast<std::size_t>(ny());
   const auto all = levels().subspan(size * static_cast<std::size_t>(frame), size);
   LevelPicture picture{plan.hologram.size, {all.begin(), all.end()}};
@@ -257,9 +259,38 @@ Field Hologram::shown() const {
     std::vector<std::vector<std::uint8_t>> frames_of_levels;
     for (auto at = levels.begin(); at != levels.end(); at += size)
       frames_of_levels.emplace_back(at, at + size);
-    append(all, shown_field(*state_->lasers[laser].panel, frames_of_levels));
+    append(all, shown_field(*state_->lasers[laser].result.panel, frames_of_levels));
   }
   return as_field(std::move(all));
+}
+
+Scene Hologram::scene() const {
+  if (lasers_ == state_->lasers.size()) return Scene(state_->scene);
+  auto scenes = state_->scene->scenes;
+  scenes.erase(scenes.begin() + static_cast<std::ptrdiff_t>(first_ + lasers_), scenes.end());
+  scenes.erase(scenes.begin(), scenes.begin() + static_cast<std::ptrdiff_t>(first_));
+  return Scene(chosen(*state_->scene, std::move(scenes)));
+}
+
+Rendered rendered_of(const Hologram& hologram) {
+  Rendered all;
+  const auto field = hologram.field();
+  const auto levels = hologram.levels();
+  const auto size = static_cast<std::ptrdiff_t>(hologram.nx()) * hologram.ny();
+  for (int i = 0; i < hologram.lasers(); ++i) {
+    auto laser =
+        hologram.state().lasers[hologram.first_laser() + static_cast<std::size_t>(i)].result;
+    laser.field = {field.nx, field.ny, hologram.frames(), {}};
+    for (int frame = i * hologram.frames(); frame < (i + 1) * hologram.frames(); ++frame) {
+      const auto* samples = field.samples + frame * size;
+      laser.field.samples.insert(laser.field.samples.end(), samples, samples + size);
+      const auto* shown = levels.data() + frame * size;
+      laser.levels.emplace_back(shown, shown + size);
+    }
+    all.lasers.push_back(std::move(laser));
+  }
+  all.powers = hologram.powers();
+  return all;
 }
 
 std::string Hologram::report() const {
@@ -267,7 +298,7 @@ std::string Hologram::report() const {
 }
 
 std::vector<std::string> Hologram::notes() const {
-  return lasers_ == state_->lasers.size() ? state_->notes : state_->lasers[first_].notes;
+  return lasers_ == state_->lasers.size() ? state_->notes : state_->lasers[first_].result.notes;
 }
 
 Hologram render(const Scene& scene, const RenderOptions& options) {
@@ -277,13 +308,13 @@ Hologram render(const Scene& scene, const RenderOptions& options) {
   auto world = scene.state().world();
   std::vector<std::string> warnings;
   const auto scenes = planned(scene.state(), world, options, opened.device.info(), warnings);
-  return hologram_of(scenes, raywave::render(opened.device, scenes, std::move(world), how), opened,
-                     warnings);
+  auto result = raywave::render(opened.device, scenes, std::move(world), how);
+  return hologram_of(chosen(scene.state(), scenes), std::move(result), opened, warnings);
 }
 
 struct Renderer::State {
   State(const Scene& scene, const RenderOptions& options)
-      : opened(open(options.on)), keep_field(options.keep_field) {
+      : of(scene), opened(open(options.on)), keep_field(options.keep_field) {
     make(scene.state(), options);
   }
 
@@ -302,6 +333,7 @@ struct Renderer::State {
 
   std::recursive_mutex mutex;  // a callback's own call finds it locked, and is told so
   bool is_busy = false;
+  Scene of;
   Opened opened;
   bool keep_field;
   std::vector<raywave::Scene> scenes;  // of each laser
@@ -364,7 +396,8 @@ Hologram Renderer::render() {
   std::vector<raywave::Scene> scenes;
   for (std::size_t i = 0; i < state_->scenes.size(); ++i)
     scenes.push_back(state_->renderer->scene(i));
-  return hologram_of(scenes, std::move(result), state_->opened, state_->warnings);
+  return hologram_of(chosen(state_->of.state(), std::move(scenes)), std::move(result),
+                     state_->opened, state_->warnings);
 }
 
 std::vector<double> Renderer::render(const RenderTarget& target) {

@@ -170,6 +170,12 @@ int Scene::frames() const { return state_->scene().sampling.frames; }
 std::size_t Scene::objects() const { return state_->scene().objects.size(); }
 std::vector<std::string> Scene::notes() const { return state_->scene().notes; }
 
+std::string Scene::toml() const { return state_->text.toml; }
+std::filesystem::path Scene::folder() const { return state_->text.folder; }
+std::vector<std::string> Scene::overrides() const { return state_->overrides; }
+std::string Scene::name() const { return state_->text.file.string(); }
+bool Scene::is_planned() const { return state_->is_planned; }
+
 std::string Scene::json() const {
   auto json = json_of(state_->scene());
   if (state_->scenes.size() > 1) json["hologram"]["wavelength_m"] = wavelengths_m();

@@ -75,14 +75,13 @@ struct Plan::State {
 
 struct Hologram::State {
   struct Laser {
-    raywave::Plan plan;
-    std::shared_ptr<const Panel> panel;
+    RenderResult result;  // whose levels and fields are below
     std::string report;
-    std::vector<std::string> notes;
   };
-  std::vector<Laser> lasers;         // one of one wavelength
-  std::vector<std::uint8_t> levels;  // of all lasers and frames, and so on
-  FieldStack field;                  // empty: none was kept
+  std::shared_ptr<const Scene::State> scene;  // with the values chosen
+  std::vector<Laser> lasers;                  // one of one wavelength
+  std::vector<std::uint8_t> levels;           // of all lasers and frames, and so on
+  FieldStack field;                           // empty: none was kept
   std::optional<FieldStack> refined;
   std::optional<LaserSet> colour;
   std::vector<double> powers;
@@ -103,6 +102,9 @@ struct Opened {
 ///         was forked from one that has opened a device
 Opened open(const DeviceOptions& on);
 cl::DeviceInfo device_info(const std::string& device);
+
+/// The holograms as they were rendered: a copy, without phases that were refined.
+Rendered rendered_of(const Hologram& hologram);
 
 raywave::Goal goal_of(const Goal& goal);
 raywave::HologramSpec hologram_spec(const Pixels& pixels, glm::ivec2 size);

@@ -6,6 +6,7 @@
 #include <cstdio>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -47,16 +48,13 @@ HologramSpec hologram_of(const PatternArguments& options) {
   return hologram;
 }
 
-/// The SLM without what hides a phase: phases are shown as they are.
 SlmSpec slm_of(const PatternArguments& options, double wavelength_m) {
   SlmSpec slm;
   if (!options.slm.empty())
     slm = load_slm(options.slm, wavelength_m, options.set);
   else if (!options.set.empty())
     throw InputError("--set changes keys of the file of --slm, which is not given");
-  if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;
-  slm.band = {1, 1};
-  return slm;
+  return slm_of_pattern(std::move(slm));
 }
 
 /// What is to be seen where the SLM is described right.

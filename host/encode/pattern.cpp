@@ -45,10 +45,10 @@ double blaze_sine(const PatternSpec& spec, const HologramSpec& hologram) {
 void require_shown(const PatternSpec& spec, const HologramSpec& hologram) {
   const bool has_period = spec.pattern == Pattern::blaze || spec.pattern == Pattern::checker;
   if (has_period && !(spec.period_px >= 2))
-    throw InputError("--period " + number_text(spec.period_px) +
+    throw InputError("period " + number_text(spec.period_px) +
                      ": pixels show periods of 2 and more");
   if (spec.pattern == Pattern::blaze && blaze_sine(spec, hologram) >= 1)
-    throw InputError("--period " + number_text(spec.period_px) +
+    throw InputError("period " + number_text(spec.period_px) +
                      ": so fine a grating turns no light of this wavelength; give more than " +
                      number_text(spec.period_px * blaze_sine(spec, hologram)));
   if (spec.pattern != Pattern::lens) return;
@@ -60,7 +60,7 @@ void require_shown(const PatternSpec& spec, const HologramSpec& hologram) {
     if (sine < 1) least_m = std::max(least_m, rim_m / sine * std::sqrt(1 - sine * sine));
   }
   if (!(std::abs(spec.focal_m) >= least_m) || spec.focal_m == 0)
-    throw InputError("--focal " + length_text(spec.focal_m) +
+    throw InputError("focal " + length_text(spec.focal_m) +
                      ": too strong a lens for these pixels; give " +
                      length_text(std::ceil(least_m * 1e3 + 1e-9) / 1e3) + " or more");
 }
@@ -68,9 +68,15 @@ void require_shown(const PatternSpec& spec, const HologramSpec& hologram) {
 }  // namespace
 
 Pattern pattern_of(const std::string& name) { return named(patterns, name, "pattern "); }
-Side side_of(const std::string& name) { return named(sides, name, "--to "); }
+Side side_of(const std::string& name) { return named(sides, name, "to "); }
 const char* name_of(Pattern pattern) { return patterns[static_cast<std::size_t>(pattern)].first; }
 const char* name_of(Side side) { return sides[static_cast<std::size_t>(side)].first; }
+
+SlmSpec slm_of_pattern(SlmSpec slm) {
+  if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;
+  slm.band = {1, 1};
+  return slm;
+}
 
 double blaze_slope(const PatternSpec& spec, const HologramSpec& hologram) {
   return std::tan(std::asin(blaze_sine(spec, hologram)));

@@ -31,6 +31,9 @@ Side side_of(const std::string& name);
 const char* name_of(Pattern pattern);
 const char* name_of(Side side);
 
+/// The SLM without what hides a phase: phases are shown as they are.
+SlmSpec slm_of_pattern(SlmSpec slm);
+
 /// The pattern as a field of modulus 1.
 ///
 /// throws  InputError when the SLM's pixels cannot show it; the message gives what they can

@@ -13,7 +13,7 @@ are (frames, ny, nx). The hologram lies in the plane z = 0, objects at z > 0, at
 on both sides. A wave that diverges is exp(+i k r).
 
 Functions take NumPy arrays, buffers, and whatever speaks DLPack (torch tensors on the CPU, JAX
-arrays), C-contiguous and in host memory; they return NumPy arrays. Wrong input raises InputError (a
+arrays), in host memory; they return NumPy arrays. Wrong input raises InputError (a
 ValueError) whose one line names the argument; what the OpenCL device cannot do raises DeviceError
 (a RuntimeError).
 
@@ -44,10 +44,12 @@ from ._light import (
     compare,
     devices,
     encode,
+    pattern,
     propagate,
     reconstruct,
     shown,
 )
+from ._quality import Quality, QualityRow, quality
 from ._render import Hologram, Plan, Renderer, lens, plan, refine, render
 from ._scene import Scene, SceneObject, load_scene
 
@@ -70,6 +72,8 @@ __all__ = [
     "InputError",
     "PictureComparison",
     "Plan",
+    "Quality",
+    "QualityRow",
     "Renderer",
     "Scene",
     "SceneObject",
@@ -80,8 +84,10 @@ __all__ = [
     "jax",
     "lens",
     "load_scene",
+    "pattern",
     "plan",
     "propagate",
+    "quality",
     "reconstruct",
     "refine",
     "render",
@@ -97,3 +103,7 @@ def __getattr__(name: str) -> Any:
 
         return importlib.import_module("." + name, __name__)
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
+
+
+def __dir__() -> list[str]:
+    return [*__all__, "__all__", "__doc__", "__file__", "__name__", "__path__", "__spec__"]

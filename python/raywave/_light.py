@@ -159,9 +159,9 @@ def devices() -> list[_core.Device]:
 
 def propagate(
     u: ArrayLike,
-    pitch: Pair,
-    wavelength: float,
-    distance: float,
+    pitch: Pair | None = None,
+    wavelength: float | None = None,
+    distance: float | None = None,
     shift: Sequence[float] = (0.0, 0.0),
     *,
     padding: float = 2.0,
@@ -172,7 +172,8 @@ def propagate(
     distance: the band-limited shifted angular spectrum (Matsushima, Opt. Express 18, 18453 (2010)).
 
     u: (ny, nx), complex64, or complex128 for a slow computation in double precision on the host.
-    pitch: of the samples, in metres, one number or (x, y). wavelength: in metres.
+    pitch: of the samples, in metres, one number or (x, y). wavelength: in metres. A Field knows
+    both: rw.propagate(holo.field, distance=0.1).
     distance: in metres along the direction of travel; negative propagates back.
     shift: centre of the target minus centre of u, (x right, y up), in metres.
     padding: side of the transformed plane over the side of u, 1 to 64.
@@ -186,9 +187,12 @@ def propagate(
     shift. Raises DeviceError for the device.
     """
     x, y = _pair(shift, "shift")
+    pixels = _pixels(u, pitch, wavelength)
+    if distance is None:
+        raise _core.InputError("distance: is needed: pass distance=, in metres")
     result: npt.NDArray[np.complexfloating[Any, Any]] = _core.propagate(
         _plain(u),
-        _pixels(None, pitch, wavelength),
+        pixels,
         _number(distance, "distance"),
         (x, y),
         _number(padding, "padding"),
@@ -196,7 +200,7 @@ def propagate(
         _text(fft, "fft"),
     )
     if isinstance(u, Field):
-        return Field(result, pitch, wavelength)
+        return Field(result, tuple(pixels.pitch_m), pixels.wavelength_m)
     return result
 
 
@@ -293,6 +297,48 @@ def encode(
     return result
 
 
+def pattern(
+    pattern: str,
+    shape: Sequence[int],
+    pitch: Pair,
+    wavelength: float,
+    slm: Scene | Mapping[str, Value] | Path | None = None,
+    *,
+    focal: float = 0.3,
+    period: float = 16.0,
+    to: str = "right",
+    device: str = "",
+) -> LevelArray:
+    """A test picture that tells on a bench whether an SLM is described right (docs/slm.md says what
+    to see): the levels of `raywave pattern`.
+
+    pattern: "lens", which focuses the light `focal` metres after the SLM (negative: it spreads the
+    light); "blaze", which turns it "right", "left", "up" or "down" (`to`), `period` pixels to a
+    turn of phase; "checker", of two squares in `period` pixels; "ramp", grey that rises to the
+    right.
+    shape: (ny, nx) of the SLM. pitch, wavelength: in metres. slm: as for encode.
+
+    Returns uint8 (uint16 where levels have more than 8 bits), as the SLM is sent it: turned by
+    slm.rotate, then flipped. Raises InputError when the pixels cannot show it, or an argument is
+    not possible; DeviceError.
+    """
+    try:
+        ny, nx = shape
+    except (TypeError, ValueError):
+        raise _core.InputError(f"shape: must be (ny, nx), got {shape!r}") from None
+    result: LevelArray = _core.pattern(
+        _text(pattern, "pattern"),
+        (_whole(nx, "shape", 1, 65536), _whole(ny, "shape", 1, 65536)),
+        _pixels(None, pitch, wavelength),
+        _slm(slm),
+        _number(focal, "focal"),
+        _number(period, "period"),
+        _text(to, "to"),
+        _text(device, "device"),
+    )
+    return result
+
+
 def shown(
     levels: ArrayLike,
     slm: Scene | Mapping[str, Value] | Path | None = None,
@@ -336,6 +382,10 @@ class PictureComparison:
     delta_e: tuple[float, float, float, float] | None = None
 
 
+def _figures(told: Any) -> PictureComparison:
+    return PictureComparison(*told)
+
+
 def _pixel(value: int) -> int:
     return _whole(value, "region", 0, _MOST)
 
@@ -373,13 +423,13 @@ def compare(
                 f"region: must be (x, y, width, height), got {region!r}"
             ) from None
         place = _pixel(x), _pixel(y), _pixel(width), _pixel(height)
-    psnr_db, ssim, scale, contrast_a, contrast_b, colours = _core.compare_pictures(
-        a,
-        b,
-        _number(blur, "blur"),
-        _whole(border, "border", 0, _MOST),
-        _text(domain, "domain"),
-        place,
+    return _figures(
+        _core.compare_pictures(
+            a,
+            b,
+            _number(blur, "blur"),
+            _whole(border, "border", 0, _MOST),
+            _text(domain, "domain"),
+            place,
+        )
     )
-    delta_e = None if colours is None else (colours[0], colours[1], colours[2], colours[3])
-    return PictureComparison(psnr_db, ssim, scale, contrast_a, contrast_b, delta_e)

@@ -332,7 +332,8 @@ def render(
     scene: a Scene, or a Plan whose choices are followed.
     preset, budget, psnr: at most one goal, as for plan.
     device: index ("0:1"), kind ("gpu", "cpu") or part of the name of an OpenCL device; "" takes the
-    environment's RAYWAVE_DEVICE, else the fastest GPU, an accelerator or a CPU. fft: "host", "clfft" or "vkfft".
+    environment's RAYWAVE_DEVICE, else the fastest GPU, an accelerator or a CPU.
+    fft: "host", "clfft" or "vkfft".
     method: "wrp"; or the references "points" and "rays" (with `rays` per axis and pixel).
     field: also keep the complex field; without it results take an eighth of the memory.
     progress: called with (step, share from 0 to 1); returning False raises Cancelled. Ctrl-C stops

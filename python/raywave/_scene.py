@@ -3,6 +3,7 @@
 
 from __future__ import annotations
 
+import html
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -276,6 +277,42 @@ class Scene:
         """A copy that may be changed on its own. Meshes are shared."""
         return Scene._of(self._core.copy(), self._meshes)
 
+    def __reduce__(self) -> Any:
+        if self._core.is_planned:
+            raise _core.InputError(
+                "the scene of a plan is not pickled: pickle the scene that was planned"
+            )
+        text, folder, overrides, name = self._core.source()
+        meshes = {one._index: one.mesh for one in self.objects if not _is_path(one.mesh)}
+        poses = [(one.position, one.rotation) for one in self.objects]
+        return _restored, (text, os.path.abspath(folder), overrides, name, meshes, poses)
+
+    def __copy__(self) -> Scene:
+        return self.copy()
+
+    def __deepcopy__(self, memo: Any) -> Scene:
+        return self.copy()
+
+    def _repr_html_(self) -> str:
+        values = self.values
+        x, y = self.pitch
+        rows = [
+            ("hologram", f"{self.shape[1]} x {self.shape[0]} pixels of {x * 1e6:.4g} x "
+                         f"{y * 1e6:.4g} um"),
+            ("wavelength", ", ".join(f"{one * 1e9:.4g} nm" for one in self.wavelengths)),
+            ("frames", str(self.frames)),
+            ("SLM", values["slm"]["encoding"]),
+        ]
+        for one in self.objects:
+            place = ", ".join(f"{length * 1e3:.4g}" for length in one.position)
+            rows.append((f"object {one._index}", f"{one._values()['mesh']} at ({place}) mm"))
+        rows += [("note", note) for note in self.notes]
+        return "<table>" + "".join(
+            f"<tr><th style='text-align:left'>{html.escape(label)}</th>"
+            f"<td style='text-align:left'>{html.escape(text)}</td></tr>"
+            for label, text in rows
+        ) + "</table>"
+
     def __repr__(self) -> str:
         ny, nx = self.shape
         count = len(self.objects)
@@ -284,6 +321,18 @@ class Scene:
             f"<raywave.Scene {nx} x {ny}, pitch {self.pitch[0] * 1e6:.4g} um, "
             f"{lasers}, {count} object{'' if count == 1 else 's'}>"
         )
+
+
+def _restored(
+    text: str, folder: str, overrides: list[str], name: str, meshes: dict[int, Any], poses: Any
+) -> Scene:
+    scene = Scene._of(_core.parse_scene(text, folder, overrides, name), {})
+    for index, mesh in meshes.items():
+        scene.objects[index].mesh = mesh
+    for one, (position, rotation) in zip(scene.objects, poses):
+        if (one.position, one.rotation) != (position, rotation):
+            scene._core.set_pose(one._index, position, rotation)
+    return scene
 
 
 def load_scene(path: Path, overrides: Mapping[str, Value] | None = None) -> Scene:

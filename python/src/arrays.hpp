@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Arrays of Python's as memory of the library's, and back, without copies. Every refusal is an
-/// InputError that begins with the argument's name.
+/// Arrays of Python's as memory of the library's, and back, without copies where the samples lie
+/// one behind another. Every refusal is an InputError that begins with the argument's name.
 #pragma once
 
 #include <nanobind/nanobind.h>
@@ -113,7 +113,21 @@ inline bool try_array(nb::handle object, AnyArray& array) {
   return nb::try_cast<AnyArray>(object, array, false) && array.is_valid();
 }
 
-/// An array that is only read.
+/// A copy as NumPy makes it: `copy`, or `astype` of a type.
+inline AnyArray copied(const AnyArray& array, const char* method, auto... type) {
+  std::vector<std::size_t> shape;
+  std::vector<std::int64_t> strides;
+  for (std::size_t i = 0; i < array.ndim(); ++i) {
+    shape.push_back(array.shape(i));
+    strides.push_back(array.stride(i));
+  }
+  const nb::ndarray<nb::numpy, nb::ro> view(array.data(), shape.size(), shape.data(), nb::handle(),
+                                            strides.data(), array.dtype());
+  const nb::object copy = nb::cast(view, nb::rv_policy::reference).attr(method)(type...);
+  return nb::cast<AnyArray>(copy);
+}
+
+/// An array that is only read; samples apart are copied together.
 inline AnyArray array_of(nb::handle object, const char* name, std::size_t least_dimensions,
                          std::size_t most_dimensions, const char* shape) {
   AnyArray array;
@@ -127,6 +141,8 @@ inline AnyArray array_of(nb::handle object, const char* name, std::size_t least_
     refuse(name, std::string("must be an array of numbers in host memory (NumPy, a buffer, or "
                              "DLPack as a detached torch tensor), got ") +
                      Py_TYPE(object.ptr())->tp_name);
+  if (array.device_type() == nb::device::cpu::value && !is_contiguous(array))
+    array = copied(array, "copy");
   require_plain(array, name, least_dimensions, most_dimensions, shape);
   return array;
 }
@@ -143,6 +159,15 @@ const T* data_of(const AnyArray& array, const char* name) {
     refuse(name,
            std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
   return static_cast<const T*>(array.data());
+}
+
+/// The array in single precision, if it is one of this type in double precision.
+template <class T>
+AnyArray in_single(AnyArray array) {
+  constexpr bool is_complex = std::is_same_v<T, std::complex<float>>;
+  using Double = std::conditional_t<is_complex, std::complex<double>, double>;
+  if (!is_of<Double>(array)) return array;
+  return copied(array, "astype", name_of_type<T>());
 }
 
 /// (ny, nx), or (frames, ny, nx) for several frames, as field.npy.

@@ -1,99 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // The module raywave._core: the installed headers for Python. The package around it (raywave/) has
 // the names, defaults and texts that users see.
-#include <nanobind/nanobind.h>
-#include <nanobind/ndarray.h>
-#include <nanobind/stl/array.h>
-#include <nanobind/stl/optional.h>
-#include <nanobind/stl/pair.h>
-#include <nanobind/stl/string.h>
-#include <nanobind/stl/tuple.h>
-#include <nanobind/stl/vector.h>
-
-#include <raywave/raywave.hpp>
-
-#include "arrays.hpp"
+#include "convert.hpp"
 
 namespace raywave_python {
 namespace {
-
-using namespace nb::literals;
-using raywave::InputError;
-using Complex = std::complex<float>;
-using ComplexDouble = std::complex<double>;
-
-constexpr const char* one_plane = "(ny, nx)";
-constexpr const char* planes = "(ny, nx) or (frames, ny, nx)";
-constexpr const char* pictures = "(ny, nx), or (ny, nx, 3) in colour";
-
-/// A callback of Python's, called with the GIL on the thread that computes. Ctrl-C stops the
-/// computation whether there is a callback or not.
-raywave::Progress progress_of(const nb::object& callback) {
-  if (!callback.is_none() && !PyCallable_Check(callback.ptr()))
-    refuse("progress", "must be a function of (step, share)");
-  return [callback = callback.ptr()](const std::string& what, double share) {
-    const nb::gil_scoped_acquire gil;
-    if (PyErr_CheckSignals() != 0) throw nb::python_error();
-    if (callback == Py_None) return true;
-    const nb::object answer = nb::handle(callback)(what, share);
-    return !answer.is(nb::bool_(false));
-  };
-}
-
-raywave::FieldView field_view(const AnyArray& array, const char* name) {
-  const auto n = array.ndim();
-  return {data_of<Complex>(array, name), static_cast<int>(array.shape(n - 1)),
-          static_cast<int>(array.shape(n - 2)), n == 3 ? static_cast<int>(array.shape(0)) : 1};
-}
-
-raywave::PictureView picture_view(const AnyArray& array, const char* name) {
-  if (array.ndim() == 3 && array.shape(2) != 3)
-    refuse(name, std::string("must have the shape ") + pictures + ", got " + shape_text(array));
-  return {data_of<float>(array, name), static_cast<int>(array.shape(1)),
-          static_cast<int>(array.shape(0)), array.ndim() == 3 ? 3 : 1};
-}
-
-void require_sides(const AnyArray& array, const char* name) {
-  for (std::size_t i = 0; i < array.ndim(); ++i)
-    if (array.shape(i) > (std::size_t{1} << 30))
-      refuse(name, "has more samples than raywave takes");
-}
-
-AnyArray planes_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 3, planes);
-  require_sides(array, name);
-  return array;
-}
-
-AnyArray plane_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 2, one_plane);
-  require_sides(array, name);
-  return array;
-}
-
-AnyArray picture_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 3, pictures);
-  require_sides(array, name);
-  return array;
-}
-
-template <class T>
-Array field_array(raywave::BasicField<T> field) {
-  const auto shape = shape_of(field.frames, field.ny, field.nx);
-  return as_numpy(std::move(field.samples), shape);
-}
-
-Array picture_array(raywave::Picture picture) {
-  auto shape = shape_of(1, picture.ny, picture.nx);
-  if (picture.channels > 1) shape.push_back(static_cast<std::size_t>(picture.channels));
-  return as_numpy(std::move(picture.pixels), shape);
-}
-
-Array levels_array(raywave::Levels levels) {
-  const auto shape = shape_of(levels.frames, levels.ny, levels.nx);
-  if (levels.bits > 8) return as_numpy(std::move(levels.words), shape);
-  return as_numpy(std::move(levels.bytes), shape);
-}
 
 /// Rows of two or three numbers as doubles, from float32 or float64.
 template <std::size_t n>
@@ -241,68 +152,6 @@ raywave::RefineOptions refine_options(std::optional<int> iterations, std::option
   return options;
 }
 
-raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
-                                  raywave::Vec2 aperture, const std::string& device,
-                                  const std::string& fft) {
-  raywave::ViewOptions options;
-  options.z_m = z;
-  options.window_m = window;
-  options.view = view;
-  options.aperture = aperture;
-  options.on = {device, fft};
-  return options;
-}
-
-Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
-                double padding, const std::string& device, const std::string& fft) {
-  const auto array = plane_of(u, "u");
-  raywave::PropagateOptions options;
-  options.shift_m = shift;
-  options.padding = padding;
-  options.on = {device, fft};
-  const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
-  if (is_of<ComplexDouble>(array)) {
-    const raywave::FieldDoubleView view(static_cast<const ComplexDouble*>(array.data()), nx, ny);
-    raywave::FieldDouble result;
-    {
-      const nb::gil_scoped_release release;
-      result = raywave::propagate(view, pixels, distance, options);
-    }
-    return field_array(std::move(result));
-  }
-  if (!is_of<Complex>(array))
-    refuse("u", "must be complex64 or complex128, got " + dtype_name(array.dtype()));
-  raywave::Field result;
-  {
-    const nb::gil_scoped_release release;
-    result = raywave::propagate(field_view(array, "u"), pixels, distance, options);
-  }
-  return field_array(std::move(result));
-}
-
-raywave::Levels levels_of(nb::handle object, const char* name) {
-  const auto array = planes_of(object, name);
-  const auto n = array.ndim();
-  raywave::Levels levels{static_cast<int>(array.shape(n - 1)),
-                         static_cast<int>(array.shape(n - 2)),
-                         n == 3 ? static_cast<int>(array.shape(0)) : 1,
-                         8,
-                         {},
-                         {}};
-  if (is_of<std::uint8_t>(array)) {
-    const auto* data = static_cast<const std::uint8_t*>(array.data());
-    levels.bytes.assign(data, data + array.size());
-  } else if (is_of<std::uint16_t>(array)) {
-    const auto* data = static_cast<const std::uint16_t*>(array.data());
-    levels.words.assign(data, data + array.size());
-    levels.bits = 16;
-  } else {
-    refuse(name, "must be uint8, or uint16 where levels have more than 8 bits, got " +
-                     dtype_name(array.dtype()));
-  }
-  return levels;
-}
-
 /// All frames of a hologram, on its memory.
 Array hologram_view(const raywave::Hologram& hologram, const auto* data) {
   return numpy_view(
@@ -342,6 +191,12 @@ NB_MODULE(_core, m) {
       .def_prop_ro("frames", &raywave::Scene::frames)
       .def_prop_ro("objects", &raywave::Scene::objects)
       .def_prop_ro("notes", &raywave::Scene::notes)
+      .def_prop_ro("is_planned", &raywave::Scene::is_planned)
+      .def("source",
+           [](const raywave::Scene& scene) {
+             return std::tuple(scene.toml(), scene.folder().string(), scene.overrides(),
+                               scene.name());
+           })
       .def("json", &raywave::Scene::json)
       .def("set", &raywave::Scene::set, "overrides"_a)
       .def("set_mesh", &set_mesh, "object"_a, "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(),
@@ -508,11 +363,11 @@ NB_MODULE(_core, m) {
          const std::vector<std::tuple<double, nb::object, raywave::Vec2, raywave::Vec2>>& targets,
          raywave::RefineOptions options, const std::string& device, const std::string& fft,
          const nb::object& progress) {
-        const auto array = planes_of(field, "field");
+        const auto array = in_single<Complex>(planes_of(field, "field"));
         std::vector<AnyArray> pictures;
         std::vector<raywave::Target> wanted;
         for (const auto& [z, picture, view, aperture] : targets) {
-          pictures.push_back(plane_of(picture, "targets"));
+          pictures.push_back(in_single<float>(plane_of(picture, "targets")));
           wanted.push_back({z, picture_view(pictures.back(), "targets"), view, aperture});
         }
         options.render.on = {device, fft};
@@ -527,109 +382,7 @@ NB_MODULE(_core, m) {
       },
       "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a,
       "progress"_a.none());
-
-  m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
-        "device"_a, "fft"_a);
-  m.def(
-      "reconstruct",
-      [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,
-         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
-         const std::string& fft, const nb::object& progress) {
-        const auto array = planes_of(field, "field");
-        auto options = view_options(z, window, view, aperture, device, fft);
-        options.progress = progress_of(progress);
-        const auto seen_from = field_view(array, "field");
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::reconstruct(seen_from, pixels, options);
-        }
-        return picture_array(std::move(picture));
-      },
-      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a,
-      "fft"_a, "progress"_a.none());
-  m.def(
-      "reconstruct_hologram",
-      [](const raywave::Hologram& hologram, double z, std::optional<raywave::Vec2> window,
-         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
-         const std::string& fft, const nb::object& progress) {
-        auto options = view_options(z, window, view, aperture, device, fft);
-        options.progress = progress_of(progress);
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::reconstruct(hologram, options);
-        }
-        return picture_array(std::move(picture));
-      },
-      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
-      "progress"_a.none());
-  m.def(
-      "lens",
-      [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
-         raywave::Vec2 aperture, int points, const std::string& device,
-         const nb::object& progress) {
-        auto options = view_options(z, window, view, aperture, device, "");
-        options.progress = progress_of(progress);
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::lens(scene, options, points);
-        }
-        return picture_array(std::move(picture));
-      },
-      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "points"_a, "device"_a,
-      "progress"_a.none());
-  m.def(
-      "encode",
-      [](nb::handle field, const raywave::Slm& slm, raywave::Pixels pixels,
-         const std::string& device) {
-        const auto array = planes_of(field, "field");
-        const auto from = field_view(array, "field");
-        raywave::Levels levels;
-        {
-          const nb::gil_scoped_release release;
-          levels = raywave::encode(from, slm, pixels, {device, ""});
-        }
-        return levels_array(std::move(levels));
-      },
-      "field"_a.none(), "slm"_a, "pixels"_a, "device"_a);
-  m.def(
-      "shown",
-      [](nb::handle levels, const raywave::Slm& slm, raywave::Pixels pixels) {
-        const auto from = levels_of(levels, "levels");
-        raywave::Field field;
-        {
-          const nb::gil_scoped_release release;
-          field = raywave::shown(from, slm, pixels);
-        }
-        return field_array(std::move(field));
-      },
-      "levels"_a.none(), "slm"_a, "pixels"_a);
-  m.def(
-      "compare_fields",
-      [](nb::handle a, nb::handle b) {
-        const auto first = planes_of(a, "a"), second = planes_of(b, "b");
-        const auto view_a = field_view(first, "a"), view_b = field_view(second, "b");
-        const nb::gil_scoped_release release;
-        const auto c = raywave::compare(view_a, view_b);
-        return std::tuple(c.correlation, c.error, c.error_scaled, c.energy_ratio);
-      },
-      "a"_a.none(), "b"_a.none());
-  m.def(
-      "compare_pictures",
-      [](nb::handle a, nb::handle b, double blur, int border, const std::string& domain,
-         std::optional<std::array<int, 4>> region) {
-        const auto first = picture_of(a, "a"), second = picture_of(b, "b");
-        const auto view_a = picture_view(first, "a"), view_b = picture_view(second, "b");
-        const nb::gil_scoped_release release;
-        const auto c = raywave::compare(view_a, view_b, {blur, border, domain, region});
-        std::optional<std::array<double, 4>> colours;
-        if (c.colours)
-          colours = {c.colours->mean, c.colours->median, c.colours->most_of_95, c.colours->most};
-        return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b, colours);
-      },
-      "a"_a.none(), "b"_a.none(), "blur"_a, "border"_a, "domain"_a, "region"_a.none());
+  add_light(m);
 }
 
 }  // namespace raywave_python

@@ -21,6 +21,10 @@ CALLS = {
     "reconstruct": lambda **given: rw.reconstruct(FIELD, **{"z": 0.01, **PIXELS, **given}),
     "encode": lambda **given: rw.encode(FIELD, **{**PIXELS, **given}),
     "shown": lambda **given: rw.shown(np.zeros((8, 8), np.uint8), **{**PIXELS, **given}),
+    "pattern": lambda **given: rw.pattern(
+        **{"pattern": "lens", "shape": (8, 8), **PIXELS, **given}),
+    "quality": lambda **given: rw.quality(
+        rw.Scene(square_values()), **{"lens_points": 2, "border": 0, **given}),
     "compare": lambda **given: rw.compare(PICTURE, PICTURE + 1, **given),
     "refine": lambda **given: rw.refine(rw.Scene(square_values()), **given),
     "refine a field": lambda **given: rw.refine(
@@ -56,6 +60,20 @@ BAD = [
     (("propagate",), "shift", (*PAIR, None)),
     (("propagate",), "padding", (*REAL, 0.5, 65, None)),
     (("encode", "shown"), "slm", (3, 1.5, ["slm"])),
+    (("pattern",), "pattern", (*TEXT, "star", None)),
+    (("pattern",), "shape", (8, (8,), (0, 8), (8, 2**17), (8, 1.5), "8x", None)),
+    (("pattern",), "pitch", (*PAIR, 0, -1, None)),
+    (("pattern",), "wavelength", (*REAL, 0, -1, None)),
+    (("pattern",), "focal", (*REAL, 0, None)),
+    (("pattern",), "to", (*TEXT, "back", None)),
+    (("pattern", "quality"), "device", TEXT),
+    (("quality",), "fft", (*TEXT, "none")),
+    (("quality",), "depths", (3, "ab", (NAN,), (0,), ("near",), None)),
+    (("quality",), "window", (*PAIR, 0)),
+    (("quality",), "blur", (*REAL, -1)),
+    (("quality",), "border", (*WHOLE, -1)),
+    (("quality",), "lens_points", (*WHOLE, 0, 4097)),
+    (("quality",), "progress", FUNCTION),
     (("compare",), "blur", (*REAL, -1)),
     (("compare",), "border", (*WHOLE, -1, 4)),
     (("compare",), "domain", (*TEXT, "log")),
@@ -71,7 +89,7 @@ BAD = [
     (("refine", "refine a field"), "refine_budget", (*REAL, 0, -1)),
     (("refine a field",), "targets",
      (None, {}, 3, [PICTURE], PICTURE, {0.01: None}, {NAN: PICTURE}, {"near": PICTURE},
-      {0.01: PICTURE.astype(float)})),
+      {0.01: PICTURE.astype(int)})),
 ]  # fmt: skip
 
 

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import pickle
+import subprocess
 
 import numpy as np
 import pytest
@@ -94,10 +95,6 @@ BAD = {
     "a list": [[1j, 2j], [3j, 4j]],
     "NaN": np.full((4, 4), np.nan, np.complex64),
     "infinity": np.full((4, 4), np.inf * 1j, np.complex64),
-    "columns apart": np.zeros((4, 8), np.complex64)[:, ::2],
-    "rows apart": np.zeros((8, 4), np.complex64)[::2],
-    "transposed": np.zeros((4, 5), np.complex64).T,
-    "backwards": np.zeros((4, 4), np.complex64)[::-1],
     "masked": np.ma.masked_less(np.ones((4, 4), np.complex64), 0),
     "no rows": np.zeros((0, 4), np.complex64),
     "no columns": np.zeros((4, 0), np.complex64),
@@ -125,6 +122,72 @@ def test_bad_arrays_are_refused_by_name(what):
             rw.compare(a, b)
     with pytest.raises(rw.InputError, match="^levels: "):
         rw.shown(bad, **pixels)
+
+
+APART = [
+    lambda a: a.repeat(2, -1)[..., ::2], lambda a: a.repeat(3, -2)[..., ::3, :],
+    lambda a: a.swapaxes(-1, -2).copy().swapaxes(-1, -2), lambda a: a[..., ::-1].copy()[..., ::-1],
+    lambda a: rw.Field(a.repeat(2, -1), PITCH)[..., ::2], np.asfortranarray,
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("apart", APART)
+def test_samples_apart_count_as_those_side_by_side(apart):
+    u, pixels = random_field((12, 17)), {"pitch": PITCH, "wavelength": WAVELENGTH}
+    levels, picture = rw.encode(u, **pixels), abs(u)
+    assert not apart(u).flags.c_contiguous and np.array_equal(apart(u), u)
+    for call, array in [
+        (lambda a: rw.propagate(a, distance=1e-3, **pixels), u),
+        (lambda a: rw.propagate(a, distance=1e-3, **pixels), u.astype(np.complex128)),
+        (lambda a: rw.reconstruct(a, z=1e-3, **pixels), u),
+        (lambda a: rw.encode(a, **pixels), np.stack([u, 2 * u[::-1]])),
+        (lambda a: rw.shown(a, **pixels), levels),
+        (lambda a: rw.compare(a, picture + 1, border=2).ssim, picture),
+        (lambda a: rw.compare(u + 1, a).error, u),
+    ]:
+        assert np.array_equal(call(apart(array)), call(array))
+    class Dlpack:  # as torch's tensors, which NumPy's own methods do not know
+        def __dlpack__(self, **options):
+            return apart(u).__dlpack__()
+
+        def __dlpack_device__(self):
+            return u.__dlpack_device__()
+
+    assert np.array_equal(rw.propagate(Dlpack(), distance=1e-3, **pixels),
+                          rw.propagate(u, distance=1e-3, **pixels))
+
+
+def test_double_precision_is_taken_as_single():
+    u, pixels = random_field((12, 16)), {"pitch": PITCH, "wavelength": WAVELENGTH}
+    target = abs(u)
+    for call, array in [
+        (lambda a: rw.reconstruct(a, z=1e-3, **pixels), u),
+        (lambda a: rw.encode(a, **pixels), u),
+        (lambda a: rw.refine(a, targets={1e-3: target}, iterations=1, **pixels), u),
+        (lambda a: rw.refine(u, targets={1e-3: a}, iterations=1, **pixels), target),
+        (lambda a: rw.compare(a, u + 1).error, u),
+        (lambda a: rw.compare(a, target + 1, border=2).psnr_db, target),
+    ]:
+        double = array.astype(np.complex128 if array is u else np.float64)
+        for given in (double, double.repeat(2, 1)[:, ::2]):
+            assert np.array_equal(call(given), call(array))
+    # What double precision holds and single does not is refused, not lost.
+    overflow = pytest.raises(rw.InputError, match="^field: holds NaN or infinity")
+    with overflow, np.errstate(all="ignore"):
+        rw.encode(np.full((4, 4), 1e300 + 0j), **pixels)
+
+
+def test_a_field_propagates_with_the_pixels_it_knows():
+    u = random_field((24, 32))
+    field = rw.Field(u, (PITCH, 2 * PITCH), WAVELENGTH)
+    expected = rw.propagate(u, (PITCH, 2 * PITCH), WAVELENGTH, 1e-3)
+    arrived = rw.propagate(field, distance=1e-3)
+    assert np.array_equal(arrived, expected) and arrived.pitch == field.pitch
+    assert arrived.wavelength == WAVELENGTH
+    with pytest.raises(rw.InputError, match="^pitch: is needed"):
+        rw.propagate(u, distance=1e-3)
+    with pytest.raises(rw.InputError, match="^distance: is needed"):
+        rw.propagate(field)
 
 
 def test_three_dimensions_are_frames_or_refused():
@@ -273,10 +336,35 @@ def test_refinement_of_a_field_shows_its_target(scene):
     whole = rw.refine(scene, iterations=12, lens_points=2)
     assert psnr(whole.shown) > psnr(holo.shown) + 2
     assert np.allclose(abs(np.asarray(whole.refined)), 1, atol=1e-5)
-    for wrong in ({"targets": {}}, {"targets": {0.01: target.astype(float)}},
+    for wrong in ({"targets": {}}, {"targets": {0.01: target.astype(int)}},
                   {"targets": {-1: target}}, {"targets": {0.01: target}, "iterations": 0},
                   {"targets": {0.01: target}, "views": 3}):
         with pytest.raises(rw.InputError):
             rw.refine(holo.field, **wrong)
     with pytest.raises(rw.InputError, match="^targets"):
         rw.refine(scene, targets={0.01: target})
+
+
+@pytest.mark.parametrize("to, slope", {"right": (1, 0), "left": (-1, 0), "up": (0, -1),
+                                       "down": (0, 1)}.items())
+def test_a_blaze_rises_by_a_turn_in_each_period(to, slope):
+    x, y = np.meshgrid(np.arange(40), np.arange(24))
+    turns = (slope[0] * x + slope[1] * y) / 8
+    levels = rw.pattern("blaze", (24, 40), PITCH, WAVELENGTH, period=8, to=to)
+    steps = np.round((levels - levels[0, 0]) / 256.0 - (turns - turns[0, 0]), 6) % 1
+    assert levels.dtype == np.uint8 and np.minimum(steps, 1 - steps).max() <= 1 / 256
+
+
+def test_a_pattern_is_what_the_command_line_writes_turned_as_the_slm_is_sent_it(program, tmp_path):
+    slm = tmp_path / "slm.toml"
+    slm.write_text('[slm]\nrotate = 90\nflip = "x"\ninvert = true\n')
+    subprocess.run(
+        [program, "pattern", "lens", "--slm", slm, "--size", "64x40", "--pitch", "8um",
+         "--wavelength", "520nm", "--focal", "50mm", "-o", tmp_path, "--quiet"], check=True,
+    )  # fmt: skip
+    levels = rw.pattern("lens", (40, 64), 8e-6, 520e-9, slm, focal=0.05)
+    assert levels.shape == (64, 40)
+    image = pytest.importorskip("PIL.Image")
+    assert np.array_equal(np.asarray(image.open(tmp_path / "pattern_lens.png")), levels)
+    with pytest.raises(rw.InputError, match="^focal 1 mm: too strong"):
+        rw.pattern("lens", (400, 640), 8e-6, 520e-9, focal=1e-3)

@@ -80,10 +80,17 @@ def test_all_names_have_a_text():
         rw.no_such_name
 
 
+def test_dir_names_what_is_for_users_alone():
+    assert set(rw.__all__) <= set(dir(rw))
+    assert all(name in rw.__all__ or name.startswith("__") for name in dir(rw))
+    assert all(hasattr(rw, name) for name in dir(rw) if name not in ("torch", "jax"))
+
+
 def test_the_version_is_that_of_the_program(program):
     said = subprocess.run([program, "--version"], text=True, capture_output=True).stdout
     assert rw.__version__ in said
     assert f"raywave VERSION {rw.__version__} " in (ROOT / "CMakeLists.txt").read_text()
+    assert f"\nversion: {rw.__version__}\n" in (ROOT / "CITATION.cff").read_text()
 
 
 def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
@@ -115,11 +122,13 @@ def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
         "{'hologram.resolution': [160, 120], 'sampling.pitch': '250 um', 'sampling.frames': 2})\n"
         "print(rw.plan(scene))\n"
         "holo = rw.render(scene)\n"
-        "image = rw.reconstruct(holo.field, z=0.1)\n"
+        "image = rw.reconstruct(holo, z=0.1)\n"
         "print(rw.compare(rw.lens(scene, z=0.1, points=2), image, blur=4))\n"
+        "print(rw.quality(holo, views=False, lens_points=2))\n"
+        "assert holo.for_slm().shape == (120, 160)\n"
         "holo.save('hologram.png')\n",
         cwd=tmp_path)
-    assert "hologram  160 x 120 pixels" in shown and "psnr_db" in shown
+    assert "hologram  160 x 120 pixels" in shown and "psnr_db" in shown and "PSNR, dB" in shown
     assert (tmp_path / "hologram.png").stat().st_size > 1000
     files = run(*pip, "show", "-f", "raywave")
     for name in ("py.typed", "_core.pyi", "raywave_mesh_reader", "LICENSE-WHEEL.md"):

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import gc
+import json
 import signal
 import struct
 import subprocess
@@ -90,7 +91,9 @@ def test_the_bits_are_those_of_the_command_line(program, tmp_path, device):
 
     subprocess.run(
         [program, "reconstruct", tmp_path / "field.npy", "-z", "100mm", "-o", tmp_path, "--quiet",
-         "--view", "0.25,0", "--aperture", "0.5", "--device", device], check=True)
+         "--view", "0.25,0", "--aperture", "0.5", "--frame", "hologram", "--device", device],
+        check=True,
+    )  # fmt: skip
     image = rw.reconstruct(holo.field, z=0.1, view=(0.25, 0), aperture=0.5, device=device)
     picture = exr((tmp_path / "reconstruction_100mm.exr").read_bytes())
     assert np.array_equal(picture, image)
@@ -412,3 +415,52 @@ def test_three_lasers_are_the_bits_of_the_command_line(program, tmp_path):
     with pytest.raises(rw.InputError, match="several lasers"):
         rw.reconstruct(holo.field, z=0.01)
     assert rw.reconstruct(holo.lasers[2].field, z=0.01).shape == (32, 48)
+
+
+def test_quality_compares_what_the_levels_show_with_the_lens(scene):
+    scene.set({"sampling.frames": 2})
+    holo = rw.render(scene)
+    how = {"blur": 6e-6, "border": 3, "lens_points": 3, "window": (160e-6, 120e-6)}
+    quality = rw.quality(holo, [0.01, 0.011], **how)
+    assert [(row.z, row.view) for row in quality] == [(0.01, "whole"), (0.011, "whole")] + [
+        (0.01, view) for view in ("left", "right", "top", "bottom")
+    ]
+    parts = {"whole": ((0, 0), (1, 1)), "left": ((0.5, 0), (0.5, 0.5)),
+             "top": ((0, 0.5), (0.5, 0.5))}  # fmt: skip
+    for row in quality:
+        if row.view not in parts:
+            continue
+        view, aperture = parts[row.view]
+        seen = {"view": view, "aperture": aperture, "window": how["window"]}
+        lens = rw.lens(scene, row.z, points=3, **seen)
+        for light, figures in ((holo.shown, row.levels), (holo.field, row.field)):
+            expected = rw.compare(lens, rw.reconstruct(light, row.z, **seen), blur=1.5, border=3)
+            assert abs(figures.psnr_db - expected.psnr_db) < 1e-3
+            assert abs(figures.ssim - expected.ssim) < 1e-5
+        assert row.lens.shape == row.hologram.shape == (lens.shape[0] - 6, lens.shape[1] - 6)
+    assert quality.psnr_db == (quality[0].levels.psnr_db + quality[1].levels.psnr_db) / 2
+    assert f"{quality[1].levels.psnr_db:.2f}" in repr(quality) + quality._repr_html_()
+    assert repr(rw.quality(scene, [0.01, 0.011], **how)) == repr(quality)
+    with pytest.raises(rw.InputError, match="^hologram: has no field"):
+        rw.quality(rw.render(scene, field=False))
+
+
+def test_quality_has_the_figures_of_the_command_line(program, tmp_path):
+    for values in ({}, {"hologram.wavelength": ["638 nm", "520 nm", "450 nm"]}):
+        sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
+        file = DATA / "study.toml"
+        small = {"hologram.resolution": [160, 96], "sampling.frames": 1, **values}
+        sets += ["--set=hologram.resolution=[160,96]", "--set=sampling.frames=1"]
+        subprocess.run([program, "quality", file, "-o", tmp_path, "--lens-points", "3", "--quiet",
+                        "--no-views", *sets], check=True)  # fmt: skip
+        told = json.loads((tmp_path / "quality.json").read_text())["rows"]
+        rows = rw.quality(rw.load_scene(file, small), views=False, lens_points=3)
+        assert len(rows) == len(told) > 1
+        for row, expected in zip(rows, told):
+            assert (row.z, row.view) == (expected["z_m"], expected["view"])
+            for name, figures in (("psnr_db", row.levels), ("ssim", row.levels)):
+                assert abs(getattr(figures, name) / expected[name] - 1) < 1e-6
+            assert abs(row.field.psnr_db / expected["field"]["psnr_db"] - 1) < 1e-6
+            assert abs(row.light_share / expected["light_share"] - 1) < 1e-6
+            if values:
+                assert abs(row.levels.delta_e[0] / expected["delta_e_2000"]["mean"] - 1) < 1e-6

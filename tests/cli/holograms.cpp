@@ -317,7 +317,7 @@ TEST_CASE("patterns are written with a report, and what they show is said") {
 
   check_refused(pattern({"grid"}), 2, "there are lens, blaze, checker and ramp");
   check_refused(pattern({"lens", "--focal", "1mm"}), 2, "too strong a lens");
-  check_refused(pattern({"blaze", "--period", "1"}), 2, "--period 1: ");
+  check_refused(pattern({"blaze", "--period", "1"}), 2, "period 1: ");
   check_refused(pattern({"blaze", "--to", "east"}), 2, "there are right, left, up and down");
   check_refused(pattern({"blaze", "--set", "slm.invert=true"}), 2, "--slm, which is not given");
   check_refused(desk.run({"pattern", "lens", "--size", "64", "--pitch", "4um", "--wavelength",

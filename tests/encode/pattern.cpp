@@ -137,7 +137,7 @@ TEST_CASE("patterns that pixels cannot show are refused with what they can") {
   };
   PatternSpec spec;
   spec.focal_m = 5e-3;  // 512 um / (532 nm / 8 um) = 7.7 mm
-  CHECK_SAYS(refusal(spec), "--focal 5 mm: too strong a lens", "give 8 mm or more");
+  CHECK_SAYS(refusal(spec), "focal 5 mm: too strong a lens", "give 8 mm or more");
   spec.focal_m = 8e-3;
   CHECK(refusal(spec).empty());
   spec.focal_m = 0;

@@ -69,6 +69,22 @@ RAYWAVE_API Picture lens(const Scene& scene, const ViewOptions& options = {}, in
 RAYWAVE_API Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
                           const DeviceOptions& on = {});
 
+struct PatternOptions {
+  double focal_m = 0.3;      // lens: to its focus along the light; < 0: it diverges
+  double period_px = 16;     // blaze: pixels to a turn; checker: pixels to two squares
+  std::string to = "right";  // blaze: where the light goes, seen along it; or "left", "up", "down"
+  DeviceOptions on{};
+};
+
+/// A test picture that tells on a bench whether an SLM is described right (docs/slm.md), as the SLM
+/// is sent it: turned by slm.rotate, then flipped.
+///
+/// name    "lens", "blaze", "checker" or "ramp"
+/// throws  InputError when the pixels cannot show it; the message gives what they can
+RAYWAVE_API Levels pattern(const std::string& name, std::array<int, 2> resolution,
+                           const Pixels& pixels, const Slm& slm = {},
+                           const PatternOptions& options = {});
+
 /// The light that an SLM with these levels shows, behind the stop of its optics. Carrier, lens and
 /// corrections are taken off again.
 RAYWAVE_API Field shown(const Levels& levels, const Slm& slm, const Pixels& pixels);
@@ -125,5 +141,34 @@ struct PictureComparison {
 ///         possible
 RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b,
                                       const CompareOptions& options = {});
+
+struct QualityOptions {
+  std::vector<double> depths_m{};  // ascending; empty: nearest, farthest, a little in front
+  std::optional<Vec2> window_m{};  // of the pictures, around the axis; empty: as `quality` takes
+  std::optional<double> blur_m{};  // standard deviation; empty: 0.6 of sampling.pitch
+  bool views = true;               // at the first depth also through quarters of the hologram
+  int lens_points = 24;            // per axis
+  int border_px = 20;              // left out on every side
+  DeviceOptions on{};
+  Progress progress{};
+};
+
+/// A picture of the hologram against that of an ideal lens, as a row of `raywave quality`.
+struct QualityRow {
+  double z_m = 0;
+  std::string view{};            // "whole"; "left", "right", "top" or "bottom" of the viewer
+  PictureComparison levels{};    // of what the SLM shows
+  PictureComparison field{};     // of the field, which no SLM shows
+  double light_share = 0;        // of the SLM's light, that falls into the picture
+  std::optional<double> haze{};  // where the lens sees nothing, of its brightest pixel
+  Picture lens{}, hologram{};    // without border, averaged over squares to 640 columns at most
+};
+
+/// How well a hologram shows its scene, as `raywave quality` measures it (docs/quality.md).
+///
+/// throws  InputError when the hologram has no field (RenderOptions::keep_field), or the pictures
+///         are not possible
+RAYWAVE_API std::vector<QualityRow> quality(const Hologram& hologram,
+                                            const QualityOptions& options = {});
 
 }  // namespace RAYWAVE_NAMESPACE

@@ -22,8 +22,8 @@ RAYWAVE_API std::vector<Device> list_devices();
 
 /// Where something is computed.
 struct DeviceOptions {
-  // Index ("0:1"), or part of a name; empty: the environment's RAYWAVE_DEVICE, else the first GPU,
-  // accelerator, CPU
+  // Index ("0:1"), kind ("gpu", "cpu") or part of a name; empty: the environment's RAYWAVE_DEVICE,
+  // else the fastest GPU, else an accelerator, else a CPU
   std::string device{};
   std::string fft{};  // "host", "clfft" or "vkfft"; empty: the device's own choice
 };
@@ -115,9 +115,15 @@ public:
   /// The light that leaves the SLM with these levels, behind the stop of its optics.
   Field shown() const;
 
+  /// The scene that it shows, with the values that were chosen, as a plan's.
+  Scene scene() const;
+
   /// The report that `raywave render` writes: effective scene, plan, device, seconds, memory.
   std::string report() const;
   std::vector<std::string> notes() const;  // for the user, one line each
+
+  const State& state() const { return *state_; }
+  std::size_t first_laser() const { return first_; }  // of the state's
 
 private:
   Hologram(std::shared_ptr<const State> state, std::size_t first, std::size_t lasers);

@@ -35,6 +35,15 @@ public:
   /// hologram.wavelength_m is a list.
   std::string json() const;
 
+  /// What parse_scene makes it of again, but for meshes from memory and poses: the text of its
+  /// file, the folder of the files that this names, the overrides since, and its name. Of the scene
+  /// of a plan that is the scene that was planned.
+  std::string toml() const;
+  std::filesystem::path folder() const;
+  std::vector<std::string> overrides() const;
+  std::string name() const;
+  bool is_planned() const;
+
   /// Changes keys, as `raywave --set` does: "section.key=value", the value as TOML or a bare string
   /// ("wrp.padding=1.25", "hologram.pitch=8 um", "object.0.width=9 mm").
   ///

@@ -1,0 +1,138 @@
+# SPDX-License-Identifier: Apache-2.0
+"""How well a hologram shows its scene."""
+
+from __future__ import annotations
+
+import html
+from collections.abc import Sequence
+from dataclasses import dataclass
+
+from . import _core
+from ._light import (
+    Pair,
+    Picture,
+    PictureComparison,
+    Progress,
+    _figures,
+    _number,
+    _pair,
+    _text,
+    _whole,
+)
+from ._render import Hologram, Plan, render
+from ._scene import Scene
+
+
+@dataclass(frozen=True)
+class QualityRow:
+    """A picture of the hologram against that of an ideal lens."""
+
+    z: float  # metres
+    view: str  # through the "whole" hologram, or its "left", "right", "top" or "bottom" to the eye
+    levels: PictureComparison  # of what the SLM shows
+    field: PictureComparison  # of the complex field, which no SLM shows
+    light_share: float  # of the SLM's light, that falls into the picture
+    haze: float | None  # where the lens sees nothing, of its brightest pixel
+    # Linear values, without the border, averaged over squares to at most 640 columns
+    lens: Picture
+    hologram: Picture
+
+
+class Quality(Sequence[QualityRow]):
+    """The rows of `raywave quality`. Printed, they are a table; so they are in a notebook."""
+
+    def __init__(self, rows: Sequence[QualityRow]) -> None:
+        self._rows = tuple(rows)
+
+    def __len__(self) -> int:
+        return len(self._rows)
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        return self._rows[index]
+
+    @property
+    def psnr_db(self) -> float:
+        """Mean of the pictures through the whole hologram."""
+        whole = [row.levels.psnr_db for row in self._rows if row.view == "whole"]
+        return sum(whole) / len(whole)
+
+    def _cells(self) -> list[list[str]]:
+        is_colour = self._rows[0].levels.delta_e is not None
+        head = ["depth, mm", "view", "PSNR, dB", "SSIM", "light", "haze", "field: PSNR, dB"]
+        rows = [head + (["Delta E mean"] if is_colour else [])]
+        for row in self._rows:
+            rows.append([
+                f"{row.z * 1e3:.6g}",
+                row.view,
+                f"{row.levels.psnr_db:.2f}",
+                f"{row.levels.ssim:.4f}",
+                f"{row.light_share:.2f}",
+                "-" if row.haze is None else f"{row.haze:.4f}",
+                f"{row.field.psnr_db:.2f}",
+                *([f"{row.levels.delta_e[0]:.2f}"] if row.levels.delta_e else []),
+            ])
+        return rows
+
+    def __repr__(self) -> str:
+        rows = self._cells()
+        widths = [max(len(row[i]) for row in rows) for i in range(len(rows[0]))]
+        return "\n".join(
+            "  ".join(cell.rjust(width) for cell, width in zip(row, widths)) for row in rows
+        )
+
+    def _repr_html_(self) -> str:
+        head, *rows = self._cells()
+        lines = ["".join(f"<th>{html.escape(cell)}</th>" for cell in head)]
+        lines += ["".join(f"<td>{html.escape(cell)}</td>" for cell in row) for row in rows]
+        return "<table>" + "".join(f"<tr>{line}</tr>" for line in lines) + "</table>"
+
+
+def quality(
+    of: Scene | Plan | Hologram,
+    depths: Sequence[float] = (),
+    *,
+    views: bool = True,
+    window: Pair | None = None,
+    blur: float | None = None,
+    border: int = 20,
+    lens_points: int = 24,
+    device: str = "",
+    fft: str = "",
+    progress: Progress = None,
+) -> Quality:
+    """Compares what a hologram's levels show with what an ideal lens sees of its scene: the figures
+    of `raywave quality` (docs/quality.md).
+
+    of: a Hologram that was rendered with its field; or a Scene or Plan, which is rendered first.
+    depths: of the pictures, in metres; by default the nearest and the farthest surface, and a
+    little in front. views: at the first depth also through the left, right, top and bottom of the
+    hologram.
+    window: size of the pictures around the axis, in metres. blur: standard deviation in metres of
+    the Gaussian that pictures are blurred with; by default 0.6 of sampling.pitch. border: pixels
+    that are left out on every side after it. lens_points: per axis of the lens.
+    progress: as for render.
+
+    Raises InputError when the hologram has no field, or an argument is not possible; DeviceError.
+    """
+    if not isinstance(of, Hologram):
+        of = render(of, device=device, fft=fft, progress=progress)
+    try:
+        wanted = [_number(depth, "depths") for depth in depths]
+    except TypeError:
+        raise _core.InputError(f"depths: must be numbers, got {depths!r}") from None
+    rows = _core.quality(
+        of._core,
+        wanted,
+        None if window is None else _pair(window, "window"),
+        None if blur is None else _number(blur, "blur"),
+        bool(views),
+        _whole(lens_points, "lens_points", 1, 4096),
+        _whole(border, "border", 0, 2**20),
+        _text(device, "device"),
+        _text(fft, "fft"),
+        progress,
+    )
+    return Quality([
+        QualityRow(z, view, _figures(levels), _figures(field), light_share, haze, lens, hologram)
+        for z, view, levels, field, light_share, haze, lens, hologram in rows
+    ])

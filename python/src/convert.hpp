@@ -1,0 +1,101 @@
+// SPDX-License-Identifier: Apache-2.0
+/// Arrays and callbacks of Python's as values of the library's, and back.
+#pragma once
+
+#include <nanobind/nanobind.h>
+#include <nanobind/stl/array.h>
+#include <nanobind/stl/optional.h>
+#include <nanobind/stl/string.h>
+#include <nanobind/stl/tuple.h>
+#include <nanobind/stl/vector.h>
+
+#include <raywave/raywave.hpp>
+#include <string>
+#include <utility>
+
+#include "arrays.hpp"
+
+namespace raywave_python {
+
+using namespace nb::literals;
+using raywave::InputError;
+using Complex = std::complex<float>;
+using ComplexDouble = std::complex<double>;
+
+inline constexpr const char* one_plane = "(ny, nx)";
+inline constexpr const char* planes = "(ny, nx) or (frames, ny, nx)";
+inline constexpr const char* pictures = "(ny, nx), or (ny, nx, 3) in colour";
+
+/// A callback of Python's, called with the GIL on the thread that computes. Ctrl-C stops the
+/// computation whether there is a callback or not.
+inline raywave::Progress progress_of(const nb::object& callback) {
+  if (!callback.is_none() && !PyCallable_Check(callback.ptr()))
+    refuse("progress", "must be a function of (step, share)");
+  return [callback = callback.ptr()](const std::string& what, double share) {
+    const nb::gil_scoped_acquire gil;
+    if (PyErr_CheckSignals() != 0) throw nb::python_error();
+    if (callback == Py_None) return true;
+    const nb::object answer = nb::handle(callback)(what, share);
+    return !answer.is(nb::bool_(false));
+  };
+}
+
+inline raywave::FieldView field_view(const AnyArray& array, const char* name) {
+  const auto n = array.ndim();
+  return {data_of<Complex>(array, name), static_cast<int>(array.shape(n - 1)),
+          static_cast<int>(array.shape(n - 2)), n == 3 ? static_cast<int>(array.shape(0)) : 1};
+}
+
+inline raywave::PictureView picture_view(const AnyArray& array, const char* name) {
+  if (array.ndim() == 3 && array.shape(2) != 3)
+    refuse(name, std::string("must have the shape ") + pictures + ", got " + shape_text(array));
+  return {data_of<float>(array, name), static_cast<int>(array.shape(1)),
+          static_cast<int>(array.shape(0)), array.ndim() == 3 ? 3 : 1};
+}
+
+inline void require_sides(const AnyArray& array, const char* name) {
+  for (std::size_t i = 0; i < array.ndim(); ++i)
+    if (array.shape(i) > (std::size_t{1} << 30))
+      refuse(name, "has more samples than raywave takes");
+}
+
+inline AnyArray planes_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 3, planes);
+  require_sides(array, name);
+  return array;
+}
+
+inline AnyArray plane_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 2, one_plane);
+  require_sides(array, name);
+  return array;
+}
+
+inline AnyArray picture_of(nb::handle object, const char* name) {
+  auto array = array_of(object, name, 2, 3, pictures);
+  require_sides(array, name);
+  return array;
+}
+
+template <class T>
+inline Array field_array(raywave::BasicField<T> field) {
+  const auto shape = shape_of(field.frames, field.ny, field.nx);
+  return as_numpy(std::move(field.samples), shape);
+}
+
+inline Array picture_array(raywave::Picture picture) {
+  auto shape = shape_of(1, picture.ny, picture.nx);
+  if (picture.channels > 1) shape.push_back(static_cast<std::size_t>(picture.channels));
+  return as_numpy(std::move(picture.pixels), shape);
+}
+
+inline Array levels_array(raywave::Levels levels) {
+  const auto shape = shape_of(levels.frames, levels.ny, levels.nx);
+  if (levels.bits > 8) return as_numpy(std::move(levels.words), shape);
+  return as_numpy(std::move(levels.bytes), shape);
+}
+
+/// Adds what works on fields and pictures.
+void add_light(nb::module_& m);
+
+}  // namespace raywave_python
