@@ -89,6 +89,17 @@ Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
   return Scene(std::move(state));
 }
 
+/// White, as files have it that bring colours of vertices alone.
+MeshMaterial look_of(const MeshView& view) {
+  MeshMaterial white{"colours of the mesh in memory", {}, {}};
+  white.look.ambient = glm::dvec3(1);
+  white.look.two_sided = 1;
+  white.look.alpha_mode = AlphaMode::blend;
+  white.look.vertex_colours = view.colours.empty() ? 0 : 1;
+  if (!view.texture.empty()) white.look.base_map.picture = 0;
+  return white;
+}
+
 Mesh mesh_of(const MeshView& view) {
   const auto fail = [](const std::string& what) { throw InputError(what); };
   const auto require_finite = [&](const auto& vectors, const char* name) {
@@ -111,6 +122,14 @@ Mesh mesh_of(const MeshView& view) {
   require_finite(view.vertices, "vertices");
   require_finite(view.uvs, "uv");
   require_finite(view.normals, "normals");
+  if (!view.colours.empty() && view.colours.size() != vertices)
+    fail("colours: there are " + std::to_string(view.colours.size()) + " for " +
+         std::to_string(vertices) + " vertices");
+  for (const auto& colour : view.colours)
+    for (const float x : colour)
+      if (!(x >= 0 && x <= 1)) fail("colours: must be 0 to 1, got " + number_text(double{x}));
+  if (!view.texture.empty() && view.uvs.empty())
+    fail("texture: needs uv, which tell where it lies");
 
   Mesh mesh;
   mesh.normals.resize(vertices, glm::dvec3(0));
@@ -132,6 +151,13 @@ Mesh mesh_of(const MeshView& view) {
              ", there are " + std::to_string(vertices) + ", counted from 0");
     mesh.triangles.emplace_back(face[0], face[1], face[2]);
   }
+  for (const auto& c : view.colours) mesh.colours.emplace_back(c[0], c[1], c[2], c[3]);
+  if (!view.colours.empty() || !view.texture.empty()) {
+    mesh.materials.push_back(look_of(view));
+    mesh.triangle_material.assign(mesh.triangles.size(), 0);
+  }
+  if (!view.texture.empty())
+    mesh.pictures.push_back({"texture", {view.texture.begin(), view.texture.end()}});
   if (finish_mesh(mesh, Normals::flat).triangles.empty()) fail("faces: none has an area");
   return mesh;
 }

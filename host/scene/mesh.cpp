@@ -306,13 +306,21 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
     loaded.maps.emplace_back();
     loaded.deforming.emplace_back();
   };
+  const auto wear = [&](const Object& object, std::size_t index) {
+    loaded.of_object.push_back(index);
+    const auto& mesh = loaded.meshes[index];
+    auto& maps = loaded.maps[index];
+    if (wears_own_materials(object) && maps.empty() && !mesh.materials.empty())
+      maps = load_maps(mesh, object.mesh, scene.channels(),
+                       object.where + ": mesh " + in_quotes(object.mesh.string()));
+  };
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const Object& object = scene.objects[i];
     const auto next = loaded.meshes.size();
     if (const Mesh* given = i < in_memory.size() ? in_memory[i].get() : nullptr) {
       const auto [found, is_new] = known_in_memory.try_emplace({given, object.normals}, next);
       if (is_new) add(finish_mesh(*given, object.normals));
-      loaded.of_object.push_back(found->second);
+      wear(object, found->second);
       continue;
     }
     if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
@@ -341,12 +349,7 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
       }
       require_triangles(loaded.meshes.back(), object.mesh, object.where);
     }
-    loaded.of_object.push_back(found->second);
-    const auto& mesh = loaded.meshes[found->second];
-    auto& maps = loaded.maps[found->second];
-    if (wears_own_materials(object) && maps.empty() && !mesh.materials.empty())
-      maps = load_maps(mesh, object.mesh, scene.channels(),
-                       object.where + ": mesh " + in_quotes(object.mesh.string()));
+    wear(object, found->second);
   }
   return loaded;
 }

@@ -4,6 +4,7 @@
 from __future__ import annotations
 
 import html
+import io
 import json
 import os
 from collections.abc import Iterator, Mapping, Sequence
@@ -83,7 +84,8 @@ class SceneObject:
     @property
     def mesh(self) -> Any:
         """The mesh: the name of a file; (vertices, faces), (vertices, faces, uv) or
-        (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture coordinates are taken.
+        (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture or colours it wears
+        where the scene names no material.
 
         vertices: (n, 3), float32 or float64, in the object's own units (the key `width` scales
         them; without it they are metres). faces: (m, 3), integers, counter-clockwise from outside.
@@ -130,24 +132,59 @@ class SceneObject:
         return f"<raywave.SceneObject {self._index}: {values['mesh']} at {self.position}>"
 
 
-def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any]:
-    """(vertices, faces, uv, normals) of what SceneObject.mesh takes."""
+def _png_of(picture: Any) -> bytes:
+    """A picture of PIL's as a file."""
+    data = io.BytesIO()
+    if picture.mode not in ("L", "RGB", "RGBA"):
+        picture = picture.convert("RGBA")
+    picture.save(data, "PNG")
+    return data.getvalue()
+
+
+def _look_of(mesh: Any) -> tuple[Any, Any, bytes]:
+    """(vertices and faces to take, colours, texture) of a trimesh.Trimesh."""
+    import numpy as np
+
+    visual: Any = getattr(mesh, "visual", None)
+    shape = mesh.vertices, mesh.faces
+    kind = getattr(visual, "kind", None)
+    if kind == "texture":
+        material = getattr(visual, "material", None)
+        picture = getattr(material, "baseColorTexture", None) or getattr(material, "image", None)
+        # A trimesh without a picture has one of a single colour
+        is_plain = picture is None or all(
+            least == most for least, most in picture.convert("RGBA").getextrema()
+        )
+        return shape, None, b"" if is_plain else _png_of(picture)
+    if kind not in ("vertex", "face"):
+        return shape, None, b""
+    colours = np.asarray(visual.vertex_colors if kind == "vertex" else visual.face_colors) / 255
+    if kind == "face":  # each face has corners of its own
+        shape = mesh.vertices[mesh.faces].reshape(-1, 3), np.arange(mesh.faces.size).reshape(-1, 3)
+        colours = colours.repeat(3, axis=0)
+    srgb = colours[:, :3]
+    linear = np.where(srgb <= 0.04045, srgb / 12.92, ((srgb + 0.055) / 1.055) ** 2.4)
+    return shape, np.concatenate([linear, colours[:, 3:]], axis=1), b""
+
+
+def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any, Any, bytes]:
+    """(vertices, faces, uv, normals, colours, texture) of what SceneObject.mesh takes."""
     import numpy as np
 
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):  # trimesh
-        vertices = np.ascontiguousarray(mesh.vertices, dtype=np.float64)
-        faces = np.ascontiguousarray(mesh.faces, dtype=np.int64)
+        shape, colours, texture = _look_of(mesh)
+        vertices, faces = np.asarray(shape[0], np.float64), np.asarray(shape[1], np.int64)
         uv = getattr(getattr(mesh, "visual", None), "uv", None)
         if uv is None or len(uv) != len(vertices):
-            return vertices, faces, None, None
-        return vertices, faces, np.ascontiguousarray(uv, dtype=np.float64), None
+            return vertices, faces, None, None, colours, b""
+        return vertices, faces, np.asarray(uv, np.float64), None, colours, texture
     if not isinstance(mesh, (tuple, list)) or not 2 <= len(mesh) <= 4:
         raise _core.InputError(
             "mesh: must be the name of a file, (vertices, faces[, uv[, normals]]) or a "
             f"trimesh.Trimesh, got {type(mesh).__name__}"
         )
     given = [*mesh, None, None]
-    return given[0], given[1], given[2], given[3]
+    return given[0], given[1], given[2], given[3], None, b""
 
 
 def _vector(value: Vector, name: str) -> tuple[float, float, float]:

@@ -11,10 +11,10 @@ template <std::size_t n>
 std::vector<std::array<double, n>> vectors_of(nb::handle object, const char* name) {
   std::vector<std::array<double, n>> vectors;
   if (object.is_none()) return vectors;
-  const char* shape = n == 3 ? "(n, 3)" : "(n, 2)";
-  const auto array = array_of(object, name, 2, 2, shape);
+  const auto shape = "(n, " + std::to_string(n) + ")";
+  const auto array = array_of(object, name, 2, 2, shape.c_str());
   if (array.shape(1) != n)
-    refuse(name, std::string("must have the shape ") + shape + ", got " + shape_text(array));
+    refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
   vectors.resize(array.shape(0));
   const auto fill = [&](const auto* data) {
     for (std::size_t i = 0; i < vectors.size(); ++i)
@@ -55,17 +55,22 @@ std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char
 }
 
 void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb::handle faces,
-              nb::handle uv, nb::handle normals) {
+              nb::handle uv, nb::handle normals, nb::handle colours, nb::bytes texture) {
   if (vertices.is_none()) refuse("vertices", "must be an array of the shape (n, 3), got None");
   if (faces.is_none()) refuse("faces", "must be an array of the shape (n, 3), got None");
   const auto points = vectors_of<3>(vertices, "vertices");
   const auto corners = faces_of(faces, "faces");
   const auto uvs = vectors_of<2>(uv, "uv");
   const auto directions = vectors_of<3>(normals, "normals");
+  std::vector<std::array<float, 4>> shades;
+  for (const auto& c : vectors_of<4>(colours, "colours"))
+    shades.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
+                      static_cast<float>(c[3])});
+  const std::span picture(static_cast<const std::uint8_t*>(texture.data()), texture.size());
   auto changed = scene;  // other threads may use the scene meanwhile
   {
     const nb::gil_scoped_release release;
-    changed.set_mesh(object, {points, corners, uvs, directions});
+    changed.set_mesh(object, {points, corners, uvs, directions, shades, picture});
   }
   scene = changed;
 }
@@ -200,7 +205,7 @@ NB_MODULE(_core, m) {
       .def("json", &raywave::Scene::json)
       .def("set", &raywave::Scene::set, "overrides"_a)
       .def("set_mesh", &set_mesh, "object"_a, "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(),
-           "normals"_a.none())
+           "normals"_a.none(), "colours"_a.none(), "texture"_a)
       .def("position", &raywave::Scene::position_m, "object"_a)
       .def("rotation", &raywave::Scene::rotation_deg, "object"_a)
       .def("set_pose", &raywave::Scene::set_pose, "object"_a, "position"_a, "rotation"_a)

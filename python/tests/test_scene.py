@@ -121,6 +121,53 @@ def test_a_trimesh_is_taken_with_its_texture_coordinates(scene):
     assert rw.render(scene).levels.std() > 0
 
 
+def test_a_trimesh_wears_its_colours_and_texture_as_a_file_of_them(scene, tmp_path):
+    trimesh = pytest.importorskip("trimesh")
+    image = pytest.importorskip("PIL.Image")
+    levels = np.array([[255, 128, 30], [0, 200, 90], [255, 255, 255], [40, 10, 220]], np.uint8)
+    uv = (SQUARE[0][:, :2] + 0.5).astype(float)
+    ply = tmp_path / "square.ply"
+    corners = "".join(
+        f"{x} {y} {z} {r} {g} {b}\n" for (x, y, z), (r, g, b) in zip(SQUARE[0], levels)
+    )
+    ply.write_text(
+        "ply\nformat ascii 1.0\nelement vertex 4\n"
+        + "".join(f"property float {name}\n" for name in "xyz")
+        + "".join(f"property uchar {name}\n" for name in ("red", "green", "blue"))
+        + "element face 2\nproperty list uchar int vertex_indices\nend_header\n"
+        + corners + "3 0 1 2\n3 0 2 3\n"
+    )
+    pixels = levels.reshape(2, 2, 3)
+    image.fromarray(pixels).save(tmp_path / "picture.png")
+    (tmp_path / "square.mtl").write_text("newmtl m\nKa 1 1 1\nKd 1 1 1\nmap_Kd picture.png\n")
+    (tmp_path / "square.obj").write_text(
+        "mtllib square.mtl\n" + "".join(f"v {x} {y} {z}\n" for x, y, z in SQUARE[0])
+        + "".join(f"vt {u} {v}\n" for u, v in uv) + "usemtl m\nf 1/1 2/2 3/3\nf 1/1 3/3 4/4\n"
+    )
+    textured = trimesh.visual.TextureVisuals(uv=uv, image=image.fromarray(pixels))
+    for mesh, file in [
+        (trimesh.Trimesh(*SQUARE, process=False, vertex_colors=levels), ply),
+        (trimesh.Trimesh(*SQUARE, process=False, visual=textured), tmp_path / "square.obj"),
+    ]:
+        for wavelength in ("638 nm", "450 nm"):
+            scene.set({"hologram.wavelength": wavelength})
+            plain = rw.lens(rw.Scene(square_values(wavelength=wavelength)), 0.01, points=2)
+            scene.objects[0].mesh = mesh
+            worn = rw.lens(scene, 0.01, points=2)
+            scene.objects[0].mesh = file
+            assert np.allclose(worn, rw.lens(scene, 0.01, points=2), rtol=1e-4, atol=0)
+            assert not np.allclose(worn, plain, rtol=0.1)
+    # Faces of one colour: where a square is half red, the red laser sees this half alone.
+    faces = np.array([[255, 0, 0, 255], [0, 0, 0, 255]], np.uint8)
+    scene.set({"hologram.wavelength": "638 nm"})
+    scene.objects[0].mesh = trimesh.Trimesh(*SQUARE, process=False, face_colors=faces)
+    seen = rw.lens(scene, 0.01, points=2)
+    white = rw.lens(rw.Scene(square_values()), 0.01, points=2)
+    assert abs((seen > seen.max() / 2).sum() / (white > white.max() / 2).sum() - 0.5) < 0.1
+    scene = pickle.loads(pickle.dumps(scene))
+    assert np.array_equal(rw.lens(scene, 0.01, points=2), seen)
+
+
 V, F = SQUARE
 BAD_MESHES = {
     "vertices": [

@@ -357,6 +357,23 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("faces: face 0 names vertex 4", [&] { mesh(square, {{0, 1, 4}}); });
   refused("faces: none has an area", [&] { mesh(square, {{0, 1, 1}}); });
   refused("uv:", [&] { mesh(square, square_faces, {{0, 0}}); });
+  const std::vector<std::array<float, 4>> bright(4, {2, 0, 0, 1}), one_colour(1);
+  const std::vector<std::uint8_t> picture(8);
+  refused("colours: must be 0 to 1, got 2", [&] {
+    scene.set_mesh(0, {square, square_faces, {}, {}, bright});
+  });
+  refused("colours: there are 1 for 4", [&] {
+    scene.set_mesh(0, {square, square_faces, {}, {}, one_colour});
+  });
+  refused("texture: needs uv", [&] {
+    scene.set_mesh(0, {square, square_faces, {}, {}, {}, picture});
+  });
+  const auto dull = render(scene);
+  refused("depths:", [&] { quality(dull, {.depths_m = {0}}); });
+  refused("border:", [&] { quality(dull, {.border_px = -1}); });
+  refused("hologram: has no field", [&] { quality(render(scene, {.keep_field = false})); });
+  refused("resolution:", [&] { pattern("lens", {0, 4}, pixels); });
+  refused("focal 1 mm", [&] { pattern("lens", {640, 400}, pixels, {}, {.focal_m = 1e-3}); });
   refused("object 1:", [&] { scene.set_mesh(1, {square, square_faces}); });
   refused("position:", [&] { scene.set_pose(0, {nan, 0, 0.1}, {0, 0, 0}); });
   refused("rotation:", [&] { scene.set_pose(0, {0, 0, 0.1}, {0, 1e7, 0}); });

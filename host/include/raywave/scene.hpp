@@ -52,11 +52,12 @@ public:
   void set(const std::vector<std::string>& overrides);
 
   /// Gives an object a mesh that no file holds. Its axes are the object's; `width`, `normals` and
-  /// the pose apply as to a file's mesh. It has no materials: those that a file brought go with the
-  /// file. It stays until `mesh`, or objects with their files, are set.
+  /// the pose apply as to a file's mesh. Materials that a file brought go with the file; where the
+  /// object names no material, it wears the mesh's colours times its texture. It stays until
+  /// `mesh`, or objects with their files, are set.
   ///
   /// throws  InputError when there is no such object, a vertex is not finite, a face names no
-  ///         vertex, or no face has an area
+  ///         vertex, a colour is not 0 to 1, or no face has an area
   void set_mesh(std::size_t object, const MeshView& mesh);
 
   /// The place of an object's anchor (the centre of its bounding box unless the scene says

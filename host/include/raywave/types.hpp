@@ -99,6 +99,9 @@ struct MeshView {
   std::span<const std::array<std::uint32_t, 3>> faces{};  // counter-clockwise from outside
   std::span<const Vec2> uvs{};      // one per vertex, or none; (0, 0) is the texture's bottom left
   std::span<const Vec3> normals{};  // one per vertex, or none
+  // One per vertex, or none: linear red, green and blue, and alpha, 0 to 1
+  std::span<const std::array<float, 4>> colours{};
+  std::span<const std::uint8_t> texture{};  // a picture file (PNG ...) in memory, or none
 };
 
 /// Called with the current step ("WRP 2 of 4") and the completed share, 0 to 1, on the thread that
