@@ -309,6 +309,9 @@ def test_200_renderers_made_and_dropped_leave_memory_as_it_was(scene):
 
 def test_devices_errors_and_forks_are_told(scene):
     assert all(d.index and d.name and d.kind for d in rw.devices())
+    for kind in {d.kind for d in rw.devices()}:
+        named = rw.render(scene, device=kind).report["device"]["index"]
+        assert named in [d.index for d in rw.devices() if d.kind == kind]
     with pytest.raises(rw.DeviceError, match="no such device"):
         rw.render(scene, device="none of these")
     assert issubclass(rw.InputError, ValueError) and issubclass(rw.DeviceError, RuntimeError)
