@@ -16,6 +16,7 @@
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/encode_stage.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/planning/cautions.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/planning/memory_needs.hpp"
@@ -270,10 +271,10 @@ void Renderer::State::make_first_plan(Laser& laser) {
            : fitting_plan(scene, world_, limits, use, options_.rays_per_axis, device_.info().fp64);
   require_memory(device_, plan, memory_needs(world_, plan, use, limits.largest_buffer_bytes), use,
                  limits);
-  cautions = cut_warnings(scene, world_, plan);
-  for (auto& warning : thin_object_warnings(scene, world_, plan))
-    cautions.push_back(std::move(warning));
-  if (options_.planned && number_of(laser) == 0) options_.planned(scene, world_, plan);
+  cautions.clear();
+  if (options_.planned) cautions = options_.planned(scene, world_, plan);
+  add_lines(cautions, cut_warnings(scene, world_, plan));
+  add_lines(cautions, thin_object_warnings(scene, world_, plan));
   report(laser, "tree and kernels", 0);
   auto progress = [this, &laser](const std::string& what, double share) {
     report(laser, what, share);
@@ -311,10 +312,12 @@ RenderResult Renderer::State::finish(Laser& laser) {
   const auto table = traced_.table();
   RenderResult result;
   result.wrps = std::move(kept);
-  carrier->add_notes(result.notes);
+  result.notes = laser.cautions;
+  std::vector<std::string> of_carrier;
+  carrier->add_notes(of_carrier);
+  add_lines(result.notes, of_carrier);
   if (plan.refine) result.refined = refiner.finish();
   encoder.finish(radiance_unit, result.refined ? &result.refined->phases : nullptr);
-  result.notes.insert(result.notes.end(), laser.cautions.begin(), laser.cautions.end());
   add_material_notes(material_notes(laser.scene, world_), result.notes);
   result.found = world_.found;
   if (table && table->count == 0)
@@ -465,6 +468,20 @@ double clipping_loss(const FieldStack& field, double clip, std::optional<int> fr
     shown += std::min(light, clip * clip);
   }
   return shown > 0 ? all / shown : 1;
+}
+
+std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
+  std::vector<std::string> all;
+  for (const auto& laser : lasers) {
+    for (auto note : laser.notes) {
+      const bool is_common = std::all_of(lasers.begin(), lasers.end(), [&](const auto& other) {
+        return std::find(other.notes.begin(), other.notes.end(), note) != other.notes.end();
+      });
+      if (!is_common) note = length_text(laser.plan.hologram.wavelength_m) + ": " + note;
+      add_lines(all, {note});
+    }
+  }
+  return all;
 }
 
 double laser_need(const RenderResult& result, std::optional<int> frames) {

@@ -37,6 +37,9 @@ inline Method method_of(const std::string& name, const std::string& what) {
   throw InputError(what + ": unknown; there are wrp, points and rays");
 }
 
+/// What the user should know of a plan: host/forecast/presets.hpp makes it (render_warnings).
+using PlanNotes = std::function<std::vector<std::string>(const Scene&, const World&, const Plan&)>;
+
 /// Called with the current step ("trace", "WRP 2 of 4") and the completed share, 0 to 1.
 using Progress = std::function<void(const std::string& what, double share)>;
 
@@ -56,8 +59,8 @@ struct RenderOptions {
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
-  // Called once, before the first picture, with the plan of the first laser: for forecasts
-  std::function<void(const Scene&, const World&, const Plan&)> planned;
+  // Called for each laser before its first picture; comes first in RenderResult::notes
+  PlanNotes planned;
 };
 
 struct RenderResult {
@@ -110,6 +113,9 @@ struct Rendered {
   // laser_need
   std::vector<double> powers;
 };
+
+/// The notes of all lasers, each once; what not all of them have comes after the wavelength.
+std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers);
 
 /// Mean |u|^2 of all pixels of the first frames; of all frames when not given.
 double mean_light_of(const FieldStack& field, std::optional<int> frames = {});

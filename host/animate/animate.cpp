@@ -93,6 +93,16 @@ std::vector<std::string> Animator::laser_names() const {
   return names;
 }
 
+std::vector<std::string> Animator::notes(const PlanNotes& of_plan) const {
+  std::vector<RenderResult> all;
+  for (const auto& laser : lasers_) {
+    auto& one = all.emplace_back();
+    one.plan = *laser.plan;
+    one.notes = of_plan(scene_at(laser.scene, 0), world_, one.plan);
+  }
+  return notes_of(all);
+}
+
 std::optional<LaserSet> Animator::colours() const {
   if (lasers_.size() == 1) return {};
   return scene().colour.value().lasers;

@@ -53,6 +53,8 @@ public:
   std::vector<std::string> laser_names() const;
   /// Their colours; empty of one wavelength.
   std::optional<LaserSet> colours() const;
+  /// What `of_plan` says of the first picture, of all lasers.
+  std::vector<std::string> notes(const PlanNotes& of_plan) const;
   const Schedule& schedule() const { return schedule_; }
   /// Of a picture, depth and window filled in.
   Camera camera(int picture) const;

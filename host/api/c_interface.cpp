@@ -30,6 +30,7 @@ struct raywave_renderer {
   std::optional<std::uint32_t> seed;
   std::optional<raywave::v0::Renderer> renderer;
   std::vector<double> powers;  // of the last picture
+  std::string notes;           // the same
   // Poses that the renderer has been given, and the scene has not
   std::map<std::size_t, std::pair<raywave::v0::Vec3, raywave::v0::Vec3>> poses;
   mutable std::recursive_mutex mutex;
@@ -144,9 +145,11 @@ void render(raywave_renderer& renderer, std::uint8_t* levels, std::size_t bytes,
     renderer.renderer.emplace(renderer.scene, options);
     if (renderer.seed) renderer.renderer->set_seed(*renderer.seed);
   }
+  renderer.notes.clear();
   // std::complex<float> is laid out as two floats
   renderer.powers =
       renderer.renderer->render({levels, reinterpret_cast<std::complex<float>*>(field)});
+  for (const auto& note : renderer.renderer->notes()) renderer.notes += note + '\n';
 }
 
 }  // namespace
@@ -253,6 +256,10 @@ int raywave_render(raywave_renderer* renderer, uint8_t* levels, size_t bytes) {
 int raywave_render_field(raywave_renderer* renderer, uint8_t* levels, size_t bytes, float* field,
                          size_t floats) {
   return with(renderer, [&](raywave_renderer& r) { render(r, levels, bytes, field, floats); });
+}
+
+const char* raywave_notes(const raywave_renderer* renderer) {
+  return renderer ? renderer->notes.c_str() : "";
 }
 
 }  // extern "C"

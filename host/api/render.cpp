@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/forecast/tuning.hpp"
@@ -35,10 +36,13 @@ raywave::RenderOptions options_of(const RenderOptions& options, const Opened& op
   return how;
 }
 
-/// The scenes with what a goal leaves to the planner, and notes for the user.
+/// The scenes with what a goal leaves to the planner.
+///
+/// how    is given what planning has to say
+/// plans  of the goal, by laser; none without a goal
 std::vector<raywave::Scene> planned(const Scene::State& scene, const World& world,
                                     const RenderOptions& options, const cl::DeviceInfo& device,
-                                    std::vector<std::string>& warnings) {
+                                    raywave::RenderOptions& how, std::vector<Planned>& plans) {
   auto scenes = scene.scenes;
   if (const auto goal = goal_of(options.goal); goal.any()) {
     if (method_of(options) != Method::wrp)
@@ -46,12 +50,16 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
     if (scene.is_planned)
       throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
     if (const auto progress = progress_of(options.progress)) progress("plan", 0);
-    auto all = plan_scenes(scenes, world, figures_of(device), goal);
-    warnings = std::move(all.front().warnings);
-    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(all[i].scene);
+    plans = plan_scenes(scenes, world, figures_of(device), goal);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = plans[i].scene;
   }
-  if (auto warning = colour_warning(scenes, world); !warning.empty())
-    warnings.push_back(std::move(warning));
+  how.planned = [plans](const auto&... plan) { return render_warnings(plans, plan...); };
+  if (const auto warning = colour_warning(scenes, world); !warning.empty())
+    how.planned = [warning, of_plan = std::move(how.planned)](const auto&... plan) {
+      auto warnings = of_plan ? of_plan(plan...) : std::vector<std::string>();
+      warnings.push_back(warning);
+      return warnings;
+    };
   return scenes;
 }
 
@@ -76,10 +84,9 @@ std::shared_ptr<const Scene::State> chosen(const Scene::State& scene,
 
 std::string text_of(const nlohmann::ordered_json& report) { return report.dump(2) + "\n"; }
 
-/// scene     with the values chosen
-/// warnings  of the plan, for the user
+/// scene  with the values chosen
 Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
-                     const Opened& opened, const std::vector<std::string>& warnings) {
+                     const Opened& opened, const std::optional<GoalCheck>& check = {}) {
   const auto& scenes = scene->scenes;
   auto state = std::make_shared<Hologram::State>();
   state->scene = scene;
@@ -91,14 +98,17 @@ Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
     files.push_back(files_of_laser(laser,
                                    laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()),
                                    !laser.field.samples.empty(), false));
-    auto report = text_of(render_report_json(scenes[i], laser, device, opened.fft));
-    state->lasers.push_back({{}, std::move(report)});
+    auto report = render_report_json(scenes[i], laser, device, opened.fft);
+    if (check && scenes.size() == 1) report["goal"] = json_of(*check);
+    state->lasers.push_back({{}, text_of(report)});
   }
   if (scenes.size() > 1) state->colour = scenes.front().colour.value().lasers;
-  state->report = text_of(report_json(scenes, result, files, device, opened.fft));
+  state->notes = notes_of(result.lasers);
+  auto report = report_json(scenes, result, files, device, opened.fft);
+  if (check) report["goal"] = json_of(*check);
+  state->report = text_of(report);
   for (std::size_t i = 0; i < scenes.size(); ++i) {
     auto& laser = result.lasers[i];
-    add_lines(state->notes, laser.notes);
     for (auto& frame : laser.levels) {
       if (state->levels.empty())
         state->levels = std::move(frame);
@@ -116,7 +126,6 @@ Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
     if (laser.refined) laser.refined->phases = {};
     state->lasers[i].result = std::move(laser);
   }
-  add_lines(state->notes, warnings);
   return Hologram(std::move(state));
 }
 
@@ -303,13 +312,16 @@ std::vector<std::string> Hologram::notes() const {
 
 Hologram render(const Scene& scene, const RenderOptions& options) {
   const auto opened = open(options.on);
-  const auto how = options_of(options, opened);
+  auto how = options_of(options, opened);
   if (how.progress) how.progress("meshes", 0);
   auto world = scene.state().world();
-  std::vector<std::string> warnings;
-  const auto scenes = planned(scene.state(), world, options, opened.device.info(), warnings);
-  auto result = raywave::render(opened.device, scenes, std::move(world), how);
-  return hologram_of(chosen(scene.state(), scenes), std::move(result), opened, warnings);
+  std::vector<Planned> plans;
+  const auto scenes = planned(scene.state(), world, options, opened.device.info(), how, plans);
+  const auto goal = goal_of(options.goal);
+  const auto judged = goal.psnr_db ? world : World();
+  auto rendered = raywave::render(opened.device, scenes, std::move(world), how);
+  const auto check = check_goal(opened.device, goal, plans, judged, rendered, how);
+  return hologram_of(chosen(scene.state(), scenes), std::move(rendered), opened, check);
 }
 
 struct Renderer::State {
@@ -322,13 +334,16 @@ struct Renderer::State {
     auto how = options_of(options, opened);
     if (how.progress) how.progress("meshes", 0);
     auto world = scene.world();
-    scenes = planned(scene, world, options, opened.device.info(), warnings);
+    std::vector<Planned> plans;
+    scenes = planned(scene, world, options, opened.device.info(), how, plans);
     how.keep_field = keep_field || scenes.size() > 1;  // which decides the lasers' powers
     renderer.emplace(opened.device, scenes, std::move(world), how);
   }
 
   Rendered render() {
-    return rendered_of(opened.device, scenes, renderer->render_lasers(), keep_field);
+    auto rendered = rendered_of(opened.device, scenes, renderer->render_lasers(), keep_field);
+    notes = notes_of(rendered.lasers);
+    return rendered;
   }
 
   std::recursive_mutex mutex;  // a callback's own call finds it locked, and is told so
@@ -336,8 +351,8 @@ struct Renderer::State {
   Scene of;
   Opened opened;
   bool keep_field;
-  std::vector<raywave::Scene> scenes;  // of each laser
-  std::vector<std::string> warnings;
+  std::vector<raywave::Scene> scenes;         // of each laser
+  std::vector<std::string> notes;             // of the last picture
   std::optional<raywave::Renderer> renderer;  // of all lasers
 };
 
@@ -373,6 +388,8 @@ int Renderer::ny() const { return state_->scenes[0].hologram.resolution.y; }
 int Renderer::frames() const { return state_->scenes[0].sampling.frames; }
 std::size_t Renderer::objects() const { return state_->scenes[0].objects.size(); }
 
+std::vector<std::string> Renderer::notes() const { return state_->notes; }
+
 std::vector<double> Renderer::wavelengths_m() const {
   std::vector<double> all;
   for (const auto& scene : state_->scenes) all.push_back(scene.hologram.wavelength_m);
@@ -397,7 +414,7 @@ Hologram Renderer::render() {
   for (std::size_t i = 0; i < state_->scenes.size(); ++i)
     scenes.push_back(state_->renderer->scene(i));
   return hologram_of(chosen(state_->of.state(), std::move(scenes)), std::move(result),
-                     state_->opened, state_->warnings);
+                     state_->opened);
 }
 
 std::vector<double> Renderer::render(const RenderTarget& target) {

@@ -25,6 +25,7 @@
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/scene/scene_json.hpp"
 
 namespace raywave::cli {
@@ -88,29 +89,27 @@ std::string keys_of(Scene scene) {
 }
 
 /// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest.
-std::vector<Scene> scenes_for(const Goal& goal, std::vector<Scene> scenes, const cl::Device& device,
-                              const ReportOptions& report) {
-  const bool is_colour = scenes.size() > 1;
-  if (!goal.any() && !is_colour) return scenes;
+///
+/// returns  the plans of the goal, or none; and a line on colours, or none
+std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
+                                                    const cl::Device& device) {
+  if (!goal.any() && scenes.size() == 1) return {};
   const auto world = build_world(scenes[0]);
-  if (goal.any()) {
-    const auto figures = figures_of(device.info());
-    auto planned = plan_scenes(scenes, world, figures, goal, false);
-    for (const auto& warning : planned[0].warnings) report.note(warning);
-    for (std::size_t i = 0; i < scenes.size(); ++i) {
-      planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
-      scenes[i] = std::move(planned[i].scene);
-    }
+  std::vector<Planned> planned;
+  if (goal.any()) planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
+    scenes[i] = planned[i].scene;
   }
-  if (const auto warning = colour_warning(scenes, world); !warning.empty()) report.note(warning);
-  return scenes;
+  return {std::move(planned), colour_warning(scenes, world)};
 }
 
 /// report.json, which lets reconstruct and encode read the holograms.
 ///
 /// there  pictures that the folder holds in the end
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage, const std::string& run, PictureRange there) {
+                  FrameStorage storage, const std::string& run, PictureRange there,
+                  const std::vector<std::string>& notes) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
   hologram.resolution = animator.plan().hologram.size;
@@ -150,6 +149,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
                                            : FrameFiles::png_pattern(names.empty() ? "" : "LASER")},
                        {"shape", shape},
                        {"lines", FrameFiles::report_name}};
+  json["notes"] = notes;
   if (there.end - there.first < schedule.pictures())
     json["animation"]["part"] = {there.first, there.end - 1};
   write_text(folder / "report.json", json.dump(2) + "\n");
@@ -198,14 +198,21 @@ void run_animate(const AnimateArguments& options) {
 
   AnimateResult made;
   std::optional<Animator> animator;
+  std::vector<std::string> notes;
   StoredHolograms stored;
   PictureRange there;
   int found = 0;
   {
     ProgressBar bar(options.report.quiet);
     bar.show("plan of all pictures", 0);
-    scenes = scenes_for(options.goal.goal(), std::move(scenes), device, options.report);
+    const auto [planned, of_colour] = choose(options.goal.goal(), scenes, device);
     animator.emplace(device, scenes, fft);
+    notes = animator->notes(
+        [&, &planned = planned](const Scene& scene, const World& world, const Plan& plan) {
+          return render_warnings(planned, scene, world, plan);
+        });
+    if (!of_colour.empty()) notes.push_back(of_colour);
+    for (const auto& note : notes) options.report.note(note);
     if (options.restart) FrameFiles::remove(folder);
     const auto run = animator->run_name(storage);
     FrameFiles files(folder, storage, run, animator->stored_size(), animator->laser_names(),
@@ -217,7 +224,7 @@ void run_animate(const AnimateArguments& options) {
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scenes[0], *animator, storage, run, there);
+    write_report(folder, scenes[0], *animator, storage, run, there, notes);
     add_to_end_at_signals("; the same command goes on with the pictures that are missing");
     made = animator->make_frames(
         files, [&](const std::string& what, double share) { bar.show(what, share); }, wanted.end);
@@ -229,7 +236,9 @@ void run_animate(const AnimateArguments& options) {
               animator->schedule().slm_rate_per_s() * static_cast<double>(animator->lasers()),
               animator->laser_names()};
   }
-  for (const auto& note : made.notes) options.report.note(note);
+  const auto said = notes.size();
+  add_lines(notes, made.notes);
+  for (auto i = said; i < notes.size(); ++i) options.report.note(notes[i]);
   const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {
     if (found > 0) std::printf("%d pictures were there\n", found);
@@ -255,7 +264,7 @@ void run_animate(const AnimateArguments& options) {
                                               {"seconds", made.seconds},
                                               {"holograms_per_s", per_s},
                                               {"processor_seconds", made.processor_seconds},
-                                              {"notes", made.notes}});
+                                              {"notes", notes}});
 }
 
 }  // namespace

@@ -6,6 +6,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <utility>
 
 #include "host/common/text.hpp"
 #include "host/forecast/cost.hpp"
@@ -54,12 +55,14 @@ void say_time(ProgressBar& bar, double seconds, const std::string& what,
     bar.say(what + " will take about " + duration_text(seconds) + "; " + advice);
 }
 
-std::function<void(const Scene&, const World&, const Plan&)> say_render_time(
-    ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers, const std::string& what) {
-  return [&bar, rates = figures_of(device).rates, lasers, what](
-             const Scene& scene, const World& world, const Plan& plan) {
-    say_time(bar, static_cast<double>(lasers) * predicted_s(scene, world, plan, rates), what,
-             "raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+PlanNotes notes_of_render(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
+                          const std::vector<Planned>& planned, const std::string& what) {
+  return [&bar, &planned, rates = figures_of(device).rates, lasers, what, is_first = true](
+             const Scene& scene, const World& world, const Plan& plan) mutable {
+    if (std::exchange(is_first, false))
+      say_time(bar, static_cast<double>(lasers) * predicted_s(scene, world, plan, rates), what,
+               "raywave plan tells why, --preset draft or a larger sampling.pitch takes less");
+    return render_warnings(planned, scene, world, plan);
   };
 }
 

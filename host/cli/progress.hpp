@@ -6,8 +6,8 @@
 #include <string>
 
 #include "cl/device.hpp"
-#include "host/geometry/world.hpp"
-#include "host/plan/plan.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/render.hpp"
 
 namespace raywave::cli {
 
@@ -34,9 +34,11 @@ private:
 /// what    "this", "the render"
 /// advice  what takes less
 void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice);
-/// RenderOptions::planned that says the same of a render, as it is predicted for all its lasers.
-std::function<void(const Scene&, const World&, const Plan&)> say_render_time(
-    ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
-    const std::string& what = "this");
+/// RenderOptions::planned that says the same of a render, as it is predicted for all its lasers,
+/// and returns render_warnings.
+///
+/// planned  of a goal, or empty; lives as long as what is returned
+PlanNotes notes_of_render(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
+                          const std::vector<Planned>& planned, const std::string& what = "this");
 
 }  // namespace raywave::cli

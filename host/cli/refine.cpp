@@ -197,26 +197,25 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
   how.refine_starts = starts_of(options.start, scenes);
   how.fft = options.device.backend(device.info());
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  how.planned = say_render_time(bar, device.info(), scenes.size());
+  std::vector<Planned> planned;
+  how.planned = notes_of_render(bar, device.info(), scenes.size(), planned);
   bar.show("meshes", 0);
   const auto world = build_world(scenes[0]);
-  std::vector<std::string> notes;
   if (const auto goal = options.goal.goal(); goal.any()) {
-    auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
-    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
-    notes = std::move(planned[0].warnings);
+    planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
   }
-  if (auto warning = colour_warning(scenes, world); !warning.empty())
-    notes.push_back(std::move(warning));
+  const auto warning = colour_warning(scenes, world);
   auto rendered = render(device, scenes, world, how);
+  if (!warning.empty())
+    for (auto& laser : rendered.lasers) laser.notes.push_back(warning);
   if (is_colour) work.powers = rendered.powers;
   std::vector<LaserFiles> files;
   for (const auto& laser : rendered.lasers)
     files.push_back(files_of_laser(
         laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), false, true));
   work.report = report_json(scenes, rendered, files, device.info(), how.fft);
-  for (const auto& laser : rendered.lasers) add_lines(notes, laser.notes);
-  for (const auto& note : notes) options.report.note(note);
+  for (const auto& note : notes_of(rendered.lasers)) options.report.note(note);
 
   std::optional<DeviceScene> arrays;
   for (std::size_t i = 0; i < scenes.size(); ++i) {

@@ -23,6 +23,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/tuning.hpp"
@@ -117,29 +118,32 @@ LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::stri
 
 /// Renders the scenes as they are planned.
 ///
-/// notes  for the user
+/// check  what a goal in PSNR has reached
 Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scenes,
                         const cl::Device& device, RenderOptions how,
-                        std::vector<std::string>& notes) {
+                        std::optional<GoalCheck>& check) {
   ProgressBar bar(options.report.quiet);
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-  how.planned = say_render_time(bar, device.info(), scenes.size());
+  std::vector<Planned> planned;
+  how.planned = notes_of_render(bar, device.info(), scenes.size(), planned);
   bar.show("meshes", 0);
   const Stopwatch of_meshes;
   auto world = build_world(scenes[0]);
   const double wall_s = of_meshes.wall_s(), processor_s = of_meshes.processor_s();
-  if (const auto goal = options.goal.goal(); goal.any()) {
+  const auto goal = options.goal.goal();
+  if (goal.any()) {
     bar.show("plan", 0);
-    auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
-    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = std::move(planned[i].scene);
-    notes = std::move(planned[0].warnings);
+    planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
   }
-  if (auto warning = colour_warning(scenes, world); !warning.empty())
-    notes.push_back(std::move(warning));
+  const auto warning = colour_warning(scenes, world);
+  const auto judged = goal.psnr_db ? world : World();
   auto result = render(device, scenes, std::move(world), how);
   result.lasers[0].seconds["meshes"] += wall_s;
   result.lasers[0].processor_seconds["meshes"] += processor_s;
-  for (const auto& laser : result.lasers) add_lines(notes, laser.notes);
+  if (!warning.empty())
+    for (auto& laser : result.lasers) laser.notes.push_back(warning);
+  check = check_goal(device, goal, planned, judged, result, how);
   return result;
 }
 
@@ -160,9 +164,9 @@ void run_render(const RenderArguments& options) {
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
   OutputSet out(options.out);
-  std::vector<std::string> notes;
-  const auto result = render_planned(options, scenes, device, how, notes);
-  for (const auto& note : notes) options.report.note(note);
+  std::optional<GoalCheck> check;
+  const auto result = render_planned(options, scenes, device, how, check);
+  for (const auto& note : notes_of(result.lasers)) options.report.note(note);
 
   std::vector<LaserFiles> files;
   for (const auto& laser : result.lasers)
@@ -170,7 +174,9 @@ void run_render(const RenderArguments& options) {
         out, laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), how.keep_field));
   for (std::size_t frame = 0; options.rgb && frame < result.lasers[0].levels.size(); ++frame)
     out.add(save_rgb(out.folder(), frame, result));
-  const auto report = out.finish(report_json(scenes, result, files, device.info(), how.fft));
+  auto report = report_json(scenes, result, files, device.info(), how.fft);
+  if (check) report["goal"] = json_of(*check);
+  const auto text = out.finish(std::move(report));
 
   if (options.report.prints_text()) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -185,9 +191,10 @@ void run_render(const RenderArguments& options) {
     }
     const auto drive = is_colour ? drive_text(scenes[0].colour.value(), result.powers) : "";
     if (!drive.empty()) std::printf("lasers: %s\n", drive.c_str());
+    if (check && check->is_kept()) std::printf("%s\n", check->text().c_str());
     out.print();
   }
-  options.report.write(report);
+  options.report.write(text);
 }
 
 }  // namespace

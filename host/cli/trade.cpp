@@ -36,7 +36,8 @@ TradeSpec spec_of(const TradeArguments& options, const Scene& scene, const cl::D
   auto spec = options.trade;
   auto& pictures = spec.pictures;
   pictures.depths_m = options.depths.depths_m();
-  pictures.window_m = options.depths.window_m();
+  if (const auto size_m = options.depths.window_m())
+    pictures.window = PictureWindow::around_axis(*size_m);
   const auto size = scene.hologram.resolution;
   pictures.against_points =
       options.against_points.value_or(static_cast<double>(size.x) * size.y <= few_pixels);

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/carriers/planning/facts.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
@@ -26,6 +27,7 @@ Json json_of(const Prediction& prediction) {
            {"refine", t.refine_s},
            {"encode", t.encode_s},
            {"total", t.total_s()}}},
+         {"device", prediction.device},
          {"rates_of", prediction.rates_of},
          {"device_bytes", prediction.device_bytes},
          {"field_error", prediction.field_error},
@@ -35,6 +37,7 @@ Json json_of(const Prediction& prediction) {
   else if (p)
     j["pictures"] = {{"psnr_db", p->psnr_db},
                      {"mean_psnr_db", p->mean_psnr_db},
+                     {"window_m", json_of(p->window)},
                      {"refined", p->refined},
                      {"shares_of_error",
                       {{"speckle", p->speckle},

@@ -237,11 +237,14 @@ void add_time(const Prediction& prediction, Rows& out) {
   out << "time      " << seconds(t.total_s()) << " predicted: samples " << seconds(t.samples_s)
       << ", trace " << seconds(t.trace_s) << ", propagate " << seconds(t.propagate_s)
       << (t.refine_s > 0 ? ", refine " + seconds(t.refine_s) : "") << ", encode "
-      << seconds(t.encode_s) << " (rates of "
+      << seconds(t.encode_s)
+      << (prediction.device.empty() ? "" : " on " + one_line(prediction.device)) << " (rates of "
       << (prediction.rates_of == "default"
               ? "two processor cores; raywave tune measures this device"
               : prediction.rates_of)
-      << ")\n";
+      << ")\n          the first picture also reads meshes and builds trees; kernels that the "
+         "device "
+         "has not compiled yet take seconds to a minute, once\n";
 }
 
 void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
@@ -249,18 +252,16 @@ void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
   if (!pictures) return;
   if (pictures->dark)
     out << "pictures  dark: a coarse look from the hologram's middle meets no light\n";
-  else if (pictures->refined)
-    out << format("pictures  PSNR %.1f dB predicted at %s, refined (of the field %.1f)\n",
-                  pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(),
-                  pictures->field_psnr_db);
   else
     out << format(
-        "pictures  PSNR %.1f dB predicted at %s (of the field %.1f): encoding %.0f %%, "
+        "pictures  PSNR %.1f dB predicted in %s at %s%s (of the field %.1f): encoding %.0f %%, "
         "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
         "padding %.0f %% of the error\n",
-        pictures->mean_psnr_db, mm(prediction.resolution_m).c_str(), pictures->field_psnr_db,
-        100 * pictures->encoding, 100 * pictures->speckle, 100 * pictures->edges,
-        100 * pictures->missing, 100 * pictures->dots, 100 * pictures->padding);
+        pictures->mean_psnr_db, pictures->window.text().c_str(),
+        mm(prediction.resolution_m).c_str(), pictures->refined ? ", refined" : "",
+        pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
+        100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,
+        100 * pictures->padding);
   if (pictures->stop > 0)
     out << "          " << number(100 * pictures->stop)
         << " % of the error is what the stop cuts off\n";

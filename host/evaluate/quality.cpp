@@ -90,7 +90,7 @@ QualityRow row_of(const ImageList& lens, const ImageList& hologram, const ImageL
   QualityRow row;
   const auto seen = each(lens, blur), shown = each(hologram, blur);
   row.figures = compare(seen, shown, border_px);
-  row.field_figures = compare(seen, each(field, blur), border_px);
+  if (!field.empty()) row.field_figures = compare(seen, each(field, blur), border_px);
   const double scale = row.figures.scale;
   const auto inner = each(seen, crop), inner_shown = each(shown, crop);
   row.haze = haze_of(brightness_of(inner), brightness_of(inner_shown), scale);
@@ -158,16 +158,29 @@ public:
         what_(what),
         plans_(plans_of(scenes, world)),
         arrays_(device, world, plans_[0]) {
-    glm::dvec2 all_m(0);
-    for (const auto& plan : plans_)
-      all_m = glm::max(all_m, glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m);
     const auto& plan = plans_[0];
-    window_m_ = what.window_m.value_or(all_m);
     depths_m_ = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
+    const double blur_m = what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m);
     QualityResult empty;
-    empty.picture_size = picture_size(window_m_, plan.hologram.size, plan.hologram.pitch_m);
-    empty.blur_px = what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m) /
-                    plan.hologram.pitch_m.x;
+    empty.window = what.window ? *what.window
+                               : quality_window(plan, front_view(scenes[0], world, plan), blur_m);
+    // Whole squares around the axis, and of them those that hold the window
+    pixel_m_ = double(what.square_px) * plan.hologram.pitch_m;
+    const auto centred = picture_size(empty.window.centred_size_m(), plan.hologram.size, pixel_m_);
+    window_m_ = glm::dvec2(centred) * pixel_m_;
+    const auto place = [&](glm::dvec2 from_corner_m, int most_x, int most_y) {
+      return glm::clamp(glm::ivec2(glm::round(from_corner_m / pixel_m_)), glm::ivec2(0),
+                        glm::ivec2(most_x, most_y));
+    };
+    // Rows count from the top
+    const glm::dvec2 low_m = empty.window.low_m, high_m = empty.window.high_m;
+    first_px_ =
+        place(window_m_ / 2.0 + glm::dvec2(low_m.x, -high_m.y), centred.x - 1, centred.y - 1);
+    end_px_ =
+        glm::max(place(window_m_ / 2.0 + glm::dvec2(high_m.x, -low_m.y), centred.x, centred.y),
+                 first_px_ + 1);
+    empty.picture_size = (end_px_ - first_px_) * what.square_px;
+    empty.blur_px = blur_m / plan.hologram.pitch_m.x;
     empty.border_px = what.border_px;
     results_.assign(frame_counts_.size(), empty);
     for (std::size_t i = 0; i < scenes.size(); ++i) {
@@ -175,7 +188,7 @@ public:
       const auto& laser = rendered.lasers[i];
       shown_.push_back(laser.panel ? shown_field(*laser.panel, laser.levels)
                                    : shown_by_slm(device, scenes[i], laser.field));
-      for (std::size_t k = 0; k < results_.size(); ++k)
+      for (std::size_t k = 0; k < results_.size() && what.field; ++k)
         results_[k].wanted_share +=
             wanted_share(laser.field, shown_[i], frame_counts_[k]) / count();
     }
@@ -221,12 +234,13 @@ private:
                        more_frames);
           };
           add("hologram", shown_[i], shown[i]);
-          add("field", rendered_.lasers[i].field, shown_by_field[i]);
+          if (what_.field) add("field", rendered_.lasers[i].field, shown_by_field[i]);
         }
         return 0;
       });
       frames = frame_counts_[k];
-      auto done = row_of(mixed(seen), mixed(bright(shown, frames)), mixed(shown_by_field),
+      auto done = row_of(mixed(seen), mixed(bright(shown, frames)),
+                         what_.field ? mixed(shown_by_field) : ImageList(),
                          result.blur_px / what_.square_px, what_.border_px / what_.square_px);
       done.view = view.name;
       done.z_m = z_m;
@@ -255,14 +269,15 @@ private:
       if (plans_.size() > 1) arrays_.show(plans_[i]);
       const auto image = lens_picture(
           device_, plans_[i], arrays_,
-          {z_m, window_m_, view.centre, view.aperture, what_.lens_points},
+          {z_m, window_m_, view.centre, view.aperture, what_.lens_points, pixel_m_,
+           what_.square_px > 1},
           [&, show = progress_of("lens", view, z_m, i)](double share) {
             show(share);
             if (what_.lens_progress)
               what_.lens_progress(
                   count() * static_cast<double>(row) + static_cast<double>(i) + share, all);
           });
-      seen.push_back(averaged(image, what_.square_px));
+      seen.push_back(in_window(image));
     }
     return seen;
   }
@@ -270,9 +285,21 @@ private:
   Image look(const char* step, const QualityView& view, double z_m, std::size_t laser,
              const FieldStack& field) const {
     const ReconstructSpec spec{z_m, window_m_, view.centre, view.aperture};
-    return averaged(reconstruct(device_, how_.fft, field, scenes_[laser].hologram, spec,
-                                progress_of(step, view, z_m, laser)),
-                    what_.square_px);
+    return in_window(averaged(reconstruct(device_, how_.fft, field, scenes_[laser].hologram, spec,
+                                          progress_of(step, view, z_m, laser)),
+                              what_.square_px));
+  }
+
+  /// The part of a picture around the axis that is judged.
+  Image in_window(const Image& image) const {
+    const auto size = end_px_ - first_px_;
+    if (size == glm::ivec2(image.width, image.height)) return image;
+    Image part{size.x, size.y, {}};
+    for (int y = first_px_.y; y < end_px_.y; ++y) {
+      const auto row = image.pixels.begin() + std::ptrdiff_t{y} * image.width;
+      part.pixels.insert(part.pixels.end(), row + first_px_.x, row + end_px_.x);
+    }
+    return part;
   }
 
   /// What the levels of the first frames show, each laser with its power.
@@ -302,7 +329,8 @@ private:
   const QualitySpec& what_;
   std::vector<Plan> plans_;
   DeviceScene arrays_;
-  glm::dvec2 window_m_{0, 0};
+  glm::dvec2 window_m_{0, 0}, pixel_m_{0, 0};  // of the pictures that are computed
+  glm::ivec2 first_px_{0, 0}, end_px_{0, 0};   // of them, in pixels: what is judged
   std::vector<double> depths_m_;
   std::vector<FieldStack> shown_;  // behind the SLM
   std::vector<QualityResult> results_;
@@ -453,6 +481,10 @@ Json json_of(const FieldComparison& figures) {
           {"energy_ratio", figures.energy_ratio}};
 }
 
+Json json_of(const PictureWindow& window) {
+  return {{"low", {window.low_m.x, window.low_m.y}}, {"high", {window.high_m.x, window.high_m.y}}};
+}
+
 Json delta_e_json(const ColourComparison& figures) {
   return {{"mean", figures.mean},
           {"median", figures.median},
@@ -466,6 +498,7 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
   const bool is_colour = scenes.size() > 1;
   Json json{{"method", name_of(how.method)},
             {"picture_size", {result.picture_size.x, result.picture_size.y}},
+            {"window_m", json_of(result.window)},
             {"frames", first.field.frames},
             {"encoding", name_of(first.plan.slm.encoding)},
             {"domain", name_of(is_colour ? Domain::srgb : Domain::intensity)},

@@ -29,14 +29,13 @@ struct QualitySpec {
   std::vector<double> depths_m;
   // At the first depth also through four quarters of the hologram: left, right, top, bottom
   bool views = true;
-  // Size of the pictures around the axis; empty: the hologram's times the grid of WRPs, the largest
-  // of all lasers
-  std::optional<glm::dvec2> window_m;
+  std::optional<PictureWindow> window;  // empty: quality_window
   // Standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
   std::optional<double> blur_m;
   int border_px = picture_border_px;  // left out on every side after the blur
-  // Pictures are averaged over squares of so many pixels before the blur: faster
+  // Pictures have pixels of so many of the hologram's, before the blur: faster
   int square_px = 1;
+  bool field = true;     // also judge the complex field
   int lens_points = 24;  // per axis, of the lens that rays start from
   // Also compare the first frame's fields with those of Method::points
   bool against_points = false;
@@ -83,6 +82,7 @@ using LensPictures = std::vector<std::vector<Image>>;
 struct QualityResult {
   Rendered render;
   glm::ivec2 picture_size{0, 0};  // pixels on the hologram's pitch, with the border
+  PictureWindow window;
   double blur_px = 0;
   int border_px = 0;
   std::vector<QualityRow> rows;  // depths in the order given, then views
@@ -155,6 +155,7 @@ Sheet contact_sheet(const QualityResult& result, Frame frame = Frame::eye);
 
 /// What compared fields and the colours of compared pictures have in all reports.
 nlohmann::ordered_json json_of(const FieldComparison& figures);
+nlohmann::ordered_json json_of(const PictureWindow& window);
 nlohmann::ordered_json delta_e_json(const ColourComparison& figures);
 
 /// All figures as JSON, with report_json as "render".

@@ -10,6 +10,7 @@
 #include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
@@ -232,9 +233,25 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     c.padding = padding;
     set_padding(plan, padding);
     work.butterflies = count_butterflies(plan, c.frames);
-    c.seconds = predict_times(work, device_.rates).total_s();
-    c.psnr_db = predict_pictures(*layout.model, pattern, c.frames, error).mean_psnr_db;
-    all.push_back(c);
+    const auto add_choice = [&](int rounds) {
+      c.seconds = predict_times(work, device_.rates).total_s();
+      auto model = *layout.model;
+      model.refined_rounds *= rounds;
+      c.psnr_db = predict_pictures(model, pattern, c.frames, error).mean_psnr_db;
+      all.push_back(c);
+    };
+    if (!scene_.refine) {
+      add_choice(1);
+      continue;
+    }
+    const double once = work.refine_butterflies;
+    for (const int rounds : rounds_tried) {
+      if (rounds > 1 && scene_.refine->iterations) break;
+      if (rounds > 1) c.iterations = rounds * planned_iterations(plan);
+      work.refine_butterflies = rounds * once;
+      add_choice(rounds);
+    }
+    work.refine_butterflies = once;
   }
 }
 

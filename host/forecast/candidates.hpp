@@ -27,6 +27,9 @@ inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
 /// a cone that lets go of the hologram's edge, whose pictures have the least speckle.
 inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
 
+/// Iterations tried where refine.iterations is open, in units of what the pictures need.
+inline constexpr std::array rounds_tried{1, 2, 4};
+
 /// A candidate: values for what the scene leaves open, and what is predicted of them.
 struct Choice {
   double pitch_m = 0, padding = 0;
@@ -34,6 +37,7 @@ struct Choice {
   int layers = 1;                                         // wrp.layers
   WrpPropagation propagation = WrpPropagation::spectrum;  // by virtual planes: no padding, no cone
   Cone cone{};                                            // sampling.cone and sampling.apodization
+  int iterations = 0;                                     // refine.iterations; 0: as the scene says
   double seconds = 0, psnr_db = 0;
 };
 

@@ -3,8 +3,20 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
+#include <limits>
+
+#include "host/common/format.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
+namespace {
+
+/// Cells darker than this, over the brightest one, do not widen the window.
+constexpr double least_light = 1e-3;
+constexpr double margin_in_blurs = 4;
+
+}  // namespace
 
 std::vector<double> quality_depths_m(const Plan& plan) {
   std::vector<double> depths{plan.extent.near_m};
@@ -19,6 +31,39 @@ std::vector<double> quality_depths_m(const Plan& plan) {
   for (double& depth : depths)
     if (std::abs(depth) < 1e-9) depth = plan.extent.closest_m;
   return depths;
+}
+
+glm::dvec2 PictureWindow::centred_size_m() const {
+  return 2.0 * glm::max(glm::abs(low_m), glm::abs(high_m));
+}
+
+std::string PictureWindow::text() const {
+  const auto size = 1e3 * size_m(), centre = glm::round(0.5e5 * (low_m + high_m)) / 100.0;
+  const auto sides = format("%.3g x %.3g mm", size.x, size.y);
+  if (glm::all(glm::lessThan(glm::abs(centre), 0.02 * size))) return sides;
+  return sides + format(" around (%.3g, %.3g) mm", centre.x, centre.y);
+}
+
+PictureWindow quality_window(const Plan& plan, const FrontView& view, double blur_m) {
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  PictureWindow window{glm::dvec2(infinity), glm::dvec2(-infinity)};
+  const float brightest = *std::max_element(view.radiance.begin(), view.radiance.end());
+  const auto depths_m = quality_depths_m(plan);
+  std::size_t cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      if (view.depth_m[cell] == 0 || !(view.radiance[cell] > least_light * brightest)) continue;
+      for (const double z_m : depths_m) {
+        window.low_m = glm::min(window.low_m, view.place_m(x, y, z_m));
+        window.high_m = glm::max(window.high_m, view.place_m(x, y, z_m));
+      }
+    }
+  }
+  if (is_near_hologram(plan) || !(window.low_m.x <= window.high_m.x))
+    return PictureWindow::around_axis(plan.window_m() * glm::dvec2(plan.grid));
+  const auto margin_m =
+      margin_in_blurs * blur_m + double(picture_border_px) * plan.hologram.pitch_m;
+  return {window.low_m - margin_m, window.high_m + margin_m};
 }
 
 }  // namespace raywave

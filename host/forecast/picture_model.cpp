@@ -31,7 +31,7 @@ constexpr double background = 0.3;
 /// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
 /// frames (docs/planning.md).
 constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.4;
-constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6;
+constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
 /// share of light cut off. Fitted to two scenes behind three stops, within 3 dB.
@@ -39,16 +39,18 @@ constexpr double stop_factor = 0.14;
 
 /// What an encoding adds to the light of the field: a haze about the picture, and grain where it
 /// interferes with the picture. Mean squares over that of the picture, fitted like the others.
+/// Phases alone light all parts of the hologram evenly, also those that do not see an object: what
+/// the others see becomes too bright. `uneven` is the mean square over that of the missing light.
 struct EncodingNoise {
-  double haze = 0, grain = 0;
+  double haze = 0, grain = 0, uneven = 0;
 };
 
 /// filled  geometric mean of the shares of the SLM's band that the scene fills along x and y
 EncodingNoise noise_of(Encoding encoding, double filled) {
-  if (encoding == Encoding::phase) return {6.2e-3, 0.25};
+  if (encoding == Encoding::phase) return {6.2e-3, 0.25, 2};
   // The light that the checkerboard throws aside comes back into pictures that fill the band.
   const double overlap = std::max(0.0, filled - 0.65);
-  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016) + 5.6 * overlap * overlap, 0.06};
+  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016) + 5.6 * overlap * overlap, 0.06, 0};
 }
 
 using Raster = std::vector<float>;
@@ -175,8 +177,8 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
   return shown;
 }
 
-PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan, double z_m,
-                  double blur_m, const Raster& steps) {
+PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan,
+                  const PictureWindow& window, double z_m, double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
   const double away_m = std::abs(z_m);
@@ -188,12 +190,14 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     shown = lens_view(view, radiance_shown, plan, z_m);
     blur_gaussian(shown, view.size, blur_m / away_m / view.step);
   }
-  const auto window = glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m;
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
+  const auto low_m = window.low_m + border, high_m = window.high_m - border,
+             size_m = high_m - low_m;
   double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      if (glm::any(glm::greaterThan(glm::abs(view.place_m(x, y, z_m)), window / 2.0 - border)))
+      const auto place_m = view.place_m(x, y, z_m);
+      if (glm::any(glm::lessThan(place_m, low_m)) || glm::any(glm::greaterThan(place_m, high_m)))
         continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
@@ -208,13 +212,13 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     }
   }
   if (peak == 0) return row;
-  const double cells = window.x * window.y / (away_m * view.step * away_m * view.step),
+  const double cells = size_m.x * size_m.y / (away_m * view.step * away_m * view.step),
                unit = 1 / (cells * peak * peak);
   row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
-  row.edges_m = edges * away_m * view.step / (window.x * window.y * peak * peak);
+  row.edges_m = edges * away_m * view.step / (size_m.x * size_m.y * peak * peak);
   return row;
 }
 
@@ -348,10 +352,12 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
-  if (plan.refine)
-    model.refined_depths = static_cast<int>(
-        plan.refine->depths_m.empty() ? refine_depths_m(plan, plan.refine->blur_m.value()).size()
-                                      : plan.refine->depths_m.size());
+  if (const auto& refine = plan.refine) {
+    const auto places = key_places(plan, refine->blur_m.value(), {refine->depths_m, refine->views});
+    for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
+    const double needed = refine_iterations(places);
+    model.refined_rounds = refine->iterations.value_or(needed) / needed;
+  }
   model.band_filled = plan.hologram.band_filled;
   model.spot_m = plan.hologram.wavelength_m * plan.lattice.full_z_m / model.window_m;
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
@@ -367,8 +373,10 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
     }
   }
   const auto shown = radiance_shown(view, plan);
+  const double blur_m = blur_of_resolution * resolution_m;
+  model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))
-    model.rows.push_back(row_of(view, shown, plan, z_m, blur_of_resolution * resolution_m, steps));
+    model.rows.push_back(row_of(view, shown, plan, model.window, z_m, blur_m, steps));
   return model;
 }
 
@@ -404,6 +412,7 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
                                    int frames, double padding_error) {
   PicturePrediction prediction;
+  prediction.window = model.window;
   prediction.refined = model.refined_depths > 0;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
@@ -427,24 +436,34 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     // A haze all over the picture is partly taken for the picture, whose brightness is free.
     const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
     const double encoding_here =
-        row.light * (noise.haze * (1 - flat) + noise.grain * grain / frames);
+        row.light * (noise.haze * (1 - flat) + noise.grain * grain / frames) +
+        noise.uneven * row.missing;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
-    const double refined_here = (refined_light * row.light + refined_missing * row.missing +
-                                 refined_edges * cells_at_edges) *
-                                std::pow(model.refined_depths / 6.0, refined_by_depths) /
-                                std::pow(frames, refined_by_frames);
+    const double refined_factor =
+        std::pow(model.refined_depths / 6.0, refined_by_depths) /
+        (std::pow(frames, refined_by_frames) * std::pow(model.refined_rounds, refined_by_rounds));
     const double stop_here = stop_factor * row.light * model.stopped;
-    prediction.psnr_db.push_back(
-        decibels((model.refined_depths > 0 ? refined_here : field + encoding_here) + stop_here));
-    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
+    const bool is_refined = model.refined_depths > 0;
     prediction.field_psnr_db += decibels(field) / rows;
-    prediction.encoding += encoding_here;
+    // Refined phases have errors of their own: of light, where light is missing, at edges
+    const double of_phases =
+        is_refined ? refined_factor * refined_light * row.light : encoding_here;
+    const double missing_here =
+        is_refined ? refined_factor * refined_missing * row.missing : row.missing;
+    const double at_edges =
+        is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
+    const double of_samples = is_refined ? 0 : dots_here + speckle_here + padding_here;
+    prediction.psnr_db.push_back(
+        decibels(of_phases + missing_here + at_edges + of_samples + stop_here));
+    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
+    prediction.encoding += of_phases;
     prediction.stop += stop_here;
+    prediction.edges += at_edges;
+    prediction.missing += missing_here;
+    if (is_refined) continue;
     prediction.dots += dots_here;
     prediction.speckle += speckle_here;
-    prediction.edges += edges_here;
-    prediction.missing += row.missing;
     prediction.padding += padding_here;
   }
   const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +

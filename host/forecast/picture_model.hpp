@@ -41,9 +41,11 @@ struct PictureModel {
   Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
   Encoding encoding = Encoding::double_phase;
-  double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
-  double stopped = 0;      // share of the light that slm.stop cuts off
-  int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
+  double band_filled = 0;     // share of the SLM's band that the scene needs, mean of the axes
+  double stopped = 0;         // share of the light that slm.stop cuts off
+  int refined_depths = 0;     // whole pictures that phases are refined towards; 0: they are not
+  double refined_rounds = 1;  // iterations, over refine_iterations of these pictures
+  PictureWindow window;
   std::vector<PictureRow> rows;
 };
 
@@ -66,9 +68,11 @@ struct PicturePrediction {
   std::vector<double> psnr_db;  // of the levels, of each row
   double mean_psnr_db = 0;      // of the rows
   double field_psnr_db = 0;     // mean of the rows, of the complex field
-  bool refined = false;         // then nobody knows which errors remain
-  bool dark = false;            // no light is seen: nothing can be said of the pictures
-  // Shares of the mean square error of all rows, of levels that are not refined
+  PictureWindow window;         // that they are of
+  bool refined = false;
+  bool dark = false;  // no light is seen: nothing can be said of the pictures
+  // Shares of the mean square error of all rows, of the levels. Where phases are refined, `encoding`
+  // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 };
 

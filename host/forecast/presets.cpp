@@ -110,6 +110,7 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
   s.sampling.pitch_m = c.pitch_m;
   s.sampling.frames = c.frames;
   s.wrp.layers = c.layers;
+  if (c.iterations > 0) s.refine.value().iterations = c.iterations;
   if (c.propagation == WrpPropagation::spectrum) {
     s.wrp.padding = c.padding;
     s.sampling.cone = c.cone.half_width;
@@ -119,11 +120,37 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
     planned.warnings.push_back("nothing keeps " + duration_text(*goal.budget_s) +
                                ": the fastest takes " + duration_text(c.seconds) +
                                "; a smaller hologram.resolution or wrp.grid needs less");
-  if (goal.psnr_db && c.psnr_db < *goal.psnr_db)
-    planned.warnings.push_back("nothing reaches " + decibels_text(*goal.psnr_db) +
-                               ": the most accurate has " + decibels_text(c.psnr_db) +
-                               "; a larger viewer.resolution asks for less detail");
   return why_layers;
+}
+
+/// What lessens the largest part of the error.
+std::string advice_on(const PicturePrediction& pictures, const Scene& scene) {
+  const bool is_refined = pictures.refined;
+  const std::array<std::pair<double, std::string>, 7> parts{{
+      {pictures.stop, "what slm.stop cuts off: a wider one, or a scene nearer to the axis"},
+      {pictures.missing,
+       "light that the pixels cannot show: bring the scene closer to the axis or farther away"},
+      {pictures.encoding,
+       is_refined ? "what phases leave: more refine.iterations or sampling.frames, or a larger "
+                    "viewer.resolution"
+       : shows_amplitude(scene.slm.encoding) ? "the encoding's haze: another slm.encoding"
+                                             : "the encoding's haze: [refine] lessens it"},
+      {pictures.speckle, "speckle: more sampling.frames, or a larger viewer.resolution"},
+      {pictures.edges, "cells and edges: a smaller sampling.pitch, or a larger viewer.resolution"},
+      {pictures.dots, "the dots of the samples: a smaller sampling.pitch"},
+      {pictures.padding, "light that wraps around: a larger wrp.padding"},
+  }};
+  const auto& [share, text] = *std::max_element(parts.begin(), parts.end());
+  return percent_text(share) + " of the error is " + text;
+}
+
+/// Says where the plan does not reach the PSNR that was asked for.
+void check_psnr(double asked_db, Planned& planned) {
+  const auto& pictures = planned.prediction.pictures;
+  if (!pictures || pictures->dark || pictures->mean_psnr_db >= asked_db - 0.05) return;
+  planned.warnings.push_back("nothing reaches " + decibels_text(asked_db) +
+                             ": the most accurate has " + decibels_text(pictures->mean_psnr_db) +
+                             "; " + advice_on(*pictures, planned.scene));
 }
 
 /// Time, pictures and errors of the plan.
@@ -136,6 +163,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.work =
       count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
   prediction.times = predict_times(prediction.work, device.rates);
+  prediction.device = device.name;
   prediction.rates_of = device.rates.device;
   const double propagation = propagation_error_of(plan);
   if (const auto& model = candidates.model_of(plan.most_layers, plan.cone))
@@ -235,16 +263,32 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     // Refined towards the pictures that are judged, whatever the lattice
     const auto refine = [&] {
       if (!s.refine) s.refine.emplace();
-      s.refine->blur_m = blur_of_resolution * candidates->resolution_m();
-      candidates.emplace(s, world, device);
+      const double blur_m = blur_of_resolution * candidates->resolution_m();
+      if (!s.refine->blur_m) s.refine->blur_m = blur_m;
+      if (!s.refine->window_m)
+        s.refine->window_m =
+            quality_window(candidates->plan(), candidates->view(), blur_m).centred_size_m();
     };
-    if (s.refine && !s.refine->blur_m) refine();
-    auto all = candidates->choices(largest_cone_error(goal));
-    if (const double most_db = fastest_reaching(all, 1e9).psnr_db;
-        goal.psnr_db.value_or(0) > most_db && !s.refine && !shows_amplitude(s.slm.encoding)) {
-      why_refined = "refine: without it, at most " + decibels_text(most_db) + " are reached";
+    if (s.refine) {
       refine();
-      all = candidates->choices(largest_cone_error(goal));
+      candidates.emplace(s, world, device);
+    }
+    auto all = candidates->choices(largest_cone_error(goal));
+    const auto without = chosen(all, goal);
+    if ((goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) && !s.refine &&
+        !shows_amplitude(s.slm.encoding)) {
+      refine();
+      Candidates refined(s, world, device);
+      auto all_refined = refined.choices(largest_cone_error(goal));
+      const auto& with = chosen(all_refined, goal);
+      if (with.psnr_db > without.psnr_db && with.seconds <= goal.budget_s.value_or(with.seconds)) {
+        why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
+                      " are reached" + (goal.budget_s ? " in that time" : "");
+        all = std::move(all_refined);
+        candidates.emplace(std::move(refined));
+      } else {
+        s.refine.reset();
+      }
     }
     why_layers = choose(all, goal, planned);
   }
@@ -254,13 +298,13 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
 
   // What to expect of it, and why it is as it is
   planned.prediction = predicted(planned, world, device, *candidates);
+  if (goal.psnr_db && fits) check_psnr(*goal.psnr_db, planned);
   predict_memory(world, device, use, planned);
   planned.reasons = reasons_of(scene, fits ? goal : Goal{}, planned, why_layers);
   if (!why_refined.empty()) planned.reasons.push_back(why_refined);
-  for (auto& warning : warnings_of(s, world, planned.plan, candidates->view(),
-                                   planned.prediction.slm_light, candidates->resolution_m(),
-                                   !goal.any() && !scene.given.contains("sampling.pitch") &&
-                                       s.sampling.pitch_m == SamplingSpec{}.pitch_m))
+  for (auto& warning :
+       warnings_of(s, world, planned.plan, candidates->view(), planned.prediction.slm_light,
+                   candidates->resolution_m(), !goal.any() && is_default_pitch(scene)))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }
@@ -310,6 +354,13 @@ std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& 
     all.push_back(plan_laser(same, world, device, {}, keep_field));
   }
   return all;
+}
+
+std::vector<std::string> render_warnings(const std::vector<Planned>& planned, const Scene& scene,
+                                         const World& world, const Plan& plan) {
+  for (const auto& laser : planned)
+    if (laser.scene.hologram.wavelength_m == scene.hologram.wavelength_m) return laser.warnings;
+  return warnings_of(scene, world, plan);
 }
 
 }  // namespace raywave

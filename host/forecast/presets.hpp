@@ -34,6 +34,7 @@ struct Goal {
 
 struct Prediction {
   PredictedTimes times;
+  std::string device;    // that is meant; empty: none is known
   std::string rates_of;  // the device that they were measured on, or "default"
   Work work;
   std::uint64_t device_bytes = 0;
@@ -66,5 +67,11 @@ double largest_cone_error(const Goal& goal);
 std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
                                  const DeviceFigures& device, const Goal& goal = {},
                                  bool keep_field = true);
+
+/// What the user should know before this plan is computed.
+///
+/// planned  of a goal, by laser; where there is none, warnings_of the plan
+std::vector<std::string> render_warnings(const std::vector<Planned>& planned, const Scene& scene,
+                                         const World& world, const Plan& plan);
 
 }  // namespace raywave

@@ -11,6 +11,7 @@
 
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
+#include "host/forecast/candidates.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/cautions.hpp"
@@ -33,6 +34,7 @@ std::string degrees(double sine) {
 /// passes the WRPs besides.
 struct Light {
   double all = 0, within_pixels = 0, within_planes = 0;
+  double farther_m = 0;  // by which every pixel could show all of it
 };
 
 Light light_of(const Plan& plan, const FrontView& view) {
@@ -47,6 +49,11 @@ Light light_of(const Plan& plan, const FrontView& view) {
       double within_pixels = here, within_planes = here;
       for (int axis = 0; axis < 2; ++axis) {
         within_pixels *= share_within_pixels(plan, axis, place[axis], z);
+        const double sine = std::min(plan.hologram.largest_sine[axis], 0.999);
+        light.farther_m =
+            std::max(light.farther_m, (std::abs(place[axis]) + plan.window_m()[axis] / 2) *
+                                              std::sqrt(1 - sine * sine) / sine -
+                                          std::abs(z));
         within_planes *= share_seen(plan, axis, place[axis], z);
       }
       light.all += here;
@@ -94,6 +101,11 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
 
 }  // namespace
 
+bool is_default_pitch(const Scene& scene) {
+  return !scene.given.contains("sampling.pitch") &&
+         scene.sampling.pitch_m == SamplingSpec{}.pitch_m;
+}
+
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
                                      double resolution_m, bool is_default_pitch) {
@@ -115,8 +127,10 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
       warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
            degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
-           " degrees off the axis: bring the scene closer to the axis, farther away, or give a "
-           "smaller hologram.pitch");
+           " degrees off the axis: bring the scene closer to the axis, give a smaller "
+           "hologram.pitch, or move it " +
+           length_text(std::ceil(light.farther_m * 1e3) / 1e3) +
+           " farther away, where all of the hologram shows it");
     if (const double lost = (light.within_pixels - light.within_planes) / light.all;
         lost > least_loss)
       warn(percent_text(lost) +
@@ -189,6 +203,12 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
         "the predicted error of phase is not below accuracy.phase; accuracy.precision \"double\" "
         "has the least, on devices that can");
   return warnings;
+}
+
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan) {
+  const auto view = front_view(scene, world, plan);
+  return warnings_of(scene, world, plan, view, slm_light(plan, view),
+                     wanted_resolution_m(scene, plan), is_default_pitch(scene));
 }
 
 }  // namespace raywave

@@ -10,6 +10,8 @@
 
 namespace raywave {
 
+bool is_default_pitch(const Scene& scene);
+
 /// A line each: what, how much, and which setting changes it.
 ///
 /// resolution_m      wanted_resolution_m
@@ -17,5 +19,8 @@ namespace raywave {
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
                                      double resolution_m, bool is_default_pitch);
+
+/// The same of a plan that is computed as it is.
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan);
 
 }  // namespace raywave

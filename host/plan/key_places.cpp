@@ -108,6 +108,12 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
       static_cast<int>(std::lround(draws * (views ? rounds_with_views : rounds_of_depths))));
 }
 
+int planned_iterations(const Plan& plan) {
+  const auto& refine = plan.refine.value();
+  return refine.iterations.value_or(
+      refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
+}
+
 glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dvec2(plan.grid); }
 
 glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {

@@ -33,6 +33,9 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);
 
+/// Plan::refine's iterations per frame, or as many as its pictures need.
+int planned_iterations(const Plan& plan);
+
 /// Size of the pictures when none is given: what the WRPs cover.
 glm::dvec2 refine_window_m(const Plan& plan);
 

@@ -6,6 +6,7 @@ from __future__ import annotations
 import html
 import json
 import struct
+import warnings
 import zlib
 from collections.abc import Mapping, Sequence
 from functools import cached_property
@@ -293,6 +294,12 @@ class Hologram:
         return _png(self._packed(first) if len(first) == 3 else first[0])
 
 
+def _warn(notes: list[str]) -> None:
+    """Shows them to the caller's caller; Python shows each once for each line that calls."""
+    for note in notes:
+        warnings.warn(note, stacklevel=3)
+
+
 def _options(
     preset: str | None,
     budget: float | None,
@@ -345,10 +352,12 @@ def render(
     lasers need.
 
     Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
-    cannot do it.
+    cannot do it. Warns (UserWarning) with each line of Hologram.notes.
     """
     options = _options(preset, budget, psnr, device, fft, method, rays, field)
-    return Hologram(_core.render(_scene_of(scene)._core, options, progress))
+    hologram = Hologram(_core.render(_scene_of(scene)._core, options, progress))
+    _warn(hologram.notes)
+    return hologram
 
 
 class Renderer:
@@ -397,6 +406,11 @@ class Renderer:
         """Hologram.powers of the last picture; before the first, all are 0."""
         return self._powers
 
+    @property
+    def notes(self) -> list[str]:
+        """Notes on the last picture for the user, one line each."""
+        return self._core.notes
+
     def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
         """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its
         rotation in degrees about x, then y, then z. The anchor is the centre of the bounding box
@@ -426,8 +440,10 @@ class Renderer:
         if out is None and field is None:
             hologram = Hologram(self._core.render(progress))
             self._powers = hologram.powers
+            _warn(self.notes)
             return hologram
         self._powers = tuple(self._core.render_into(out, field, progress))
+        _warn(self.notes)
         return out
 
 
@@ -550,7 +566,9 @@ def refine(
         if targets is not None:
             raise _core.InputError("targets: belong to a field; a scene makes its own pictures")
         how = _options(preset, None, None, device, fft, "wrp", 100, True)
-        return Hologram(_core.refine_scene(_scene_of(scene)._core, options, how, progress))
+        hologram = Hologram(_core.refine_scene(_scene_of(scene)._core, options, how, progress))
+        _warn(hologram.notes)
+        return hologram
     if not isinstance(targets, Mapping) or not targets:
         raise _core.InputError("targets: are needed to refine a field, as {z: picture}")
     if preset is not None or views is not None or wanted_depths or lens_points is not None:

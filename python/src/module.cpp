@@ -323,6 +323,7 @@ NB_MODULE(_core, m) {
       .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
       .def_prop_ro("wavelengths", [](const Renderer& r) { return r.renderer.wavelengths_m(); })
       .def_prop_ro("objects", [](const Renderer& r) { return r.renderer.objects(); })
+      .def_prop_ro("notes", [](const Renderer& r) { return r.renderer.notes(); })
       .def(
           "set_pose",
           [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {

@@ -115,6 +115,19 @@ def test_arrays_have_the_shapes_and_types_that_the_docs_say(scene):
     assert rw.lens(scene, z=0.01, points=2).shape == (32, 48)
 
 
+def test_what_a_plan_warns_of_is_warned_of_by_what_renders_it(scene):
+    scene.set({"hologram.wavelength": "900 nm"})
+    (warning, *_) = rw.plan(scene).warnings
+    assert "no visible light" in warning
+    with pytest.warns(UserWarning, match=warning):
+        hologram = rw.render(scene)
+    renderer = rw.Renderer(scene)
+    with pytest.warns(UserWarning, match=warning):
+        renderer.render(out=np.empty(renderer.shape, np.uint8))
+    assert warning in hologram.notes and warning in renderer.notes
+    assert warning in hologram.report["notes"]
+
+
 def test_row_0_is_the_top_and_column_0_the_left():
     values = square_values(resolution=[96, 64])
     values["object"][0]["position"] = ["60 um", "40 um", "10 mm"]  # right and up

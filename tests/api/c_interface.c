@@ -60,11 +60,14 @@ int main(void) {
   CHECK(strcmp(raywave_version(), RAYWAVE_VERSION) == 0);
   check_errors();
 
-  CHECK(raywave_open_text(scene, ".", "sampling.frames=2\nsampling.seed=7", NULL, &renderer) ==
-        RAYWAVE_OK);
+  CHECK(raywave_open_text(scene, ".",
+                          "sampling.frames=2\nsampling.seed=7\nhologram.wavelength=900 nm", NULL,
+                          &renderer) == RAYWAVE_OK);
   if (!renderer) return 1;
   CHECK(raywave_size(renderer, &width, &height, &count, &objects) == RAYWAVE_OK);
   CHECK(width == nx && height == ny && count == frames && objects == 1);
+
+  CHECK(strcmp(raywave_notes(renderer), "") == 0);
 
   /* Neither a mesh, nor memory enough */
   CHECK(raywave_render(renderer, first, samples) == RAYWAVE_INPUT_ERROR);
@@ -85,6 +88,8 @@ int main(void) {
   CHECK(first[samples] == 0xa5);
   for (i = 0; i < 2 * samples; ++i) power += (double)field[i] * field[i];
   CHECK(power > 0);
+  CHECK(strstr(raywave_notes(renderer), "hologram.wavelength 900 nm is no visible light") != NULL);
+  CHECK(raywave_notes(renderer)[strlen(raywave_notes(renderer)) - 1] == '\n');
 
   /* Stopped, and as before afterwards */
   CHECK(raywave_set_progress(renderer, stop, NULL) == RAYWAVE_OK);
@@ -108,8 +113,10 @@ int main(void) {
   CHECK(raywave_set_pose(renderer, 0, position, turned) == RAYWAVE_OK);
   CHECK(raywave_set_mesh(renderer, 0, square, 4, faces, 2) == RAYWAVE_OK);
   CHECK(raywave_render(renderer, second, samples) == RAYWAVE_OK);
-  CHECK(raywave_open_text(scene, NULL, "sampling.frames=2\nobject.0.rotation=[0, 30, 0]", NULL,
-                          &other) == RAYWAVE_OK);
+  CHECK(raywave_open_text(
+            scene, NULL,
+            "sampling.frames=2\nobject.0.rotation=[0, 30, 0]\nhologram.wavelength=900 nm", NULL,
+            &other) == RAYWAVE_OK);
   CHECK(raywave_set_seed(other, 8) == RAYWAVE_OK);
   CHECK(raywave_set_mesh(other, 0, square, 4, faces, 2) == RAYWAVE_OK);
   CHECK(raywave_render(other, first, samples) == RAYWAVE_OK);

@@ -316,6 +316,25 @@ TEST_CASE("a German program gets the same texts, numbers and pictures") {
   CHECK(say() == before);
 }
 
+TEST_CASE("what a plan warns of is in the notes of what it renders, goal or no goal") {
+  auto scene = square_scene();
+  scene.set({"hologram.wavelength=900 nm", "sampling.pitch=auto"});
+  for (const std::string preset : {"", "draft"}) {
+    RenderOptions options;
+    options.goal.preset = preset;
+    const auto warnings = plan(scene, options.goal).warnings();
+    REQUIRE(!warnings.empty());
+    Renderer renderer(scene, options);
+    const auto moving = renderer.render();
+    const auto hologram = render(scene, options);
+    const auto one = hologram.laser(0);
+    for (const auto& notes : {hologram.notes(), one.notes(), moving.notes(), renderer.notes()})
+      for (const auto& warning : warnings)
+        CHECK(std::count(notes.begin(), notes.end(), warning) == 1);
+    CHECK_THAT(hologram.report(), ContainsSubstring("900 nm is no visible light"));
+  }
+}
+
 TEST_CASE("a process that was forked after a device was opened is told so") {
   REQUIRE(!list_devices().empty());
   const auto scene = square_scene();

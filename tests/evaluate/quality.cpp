@@ -5,8 +5,10 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
@@ -32,6 +34,7 @@ QualitySpec small_spec() {
   what.blur_m = 15 * um;  // diffraction, which the lens does not know, spreads light over 8 um
   what.border_px = border;
   what.lens_points = 12;
+  what.window = PictureWindow::around_axis(glm::dvec2(64 * 3.74 * um));
   return what;
 }
 
@@ -169,13 +172,48 @@ TEST_CASE("the contact sheet shows each picture as an eye sees it, or as the arr
   }
 }
 
+TEST_CASE("the window that is judged lies close around what the lens sees, on and off the axis") {
+  const auto device = test::all_devices().front();
+  for (const char* x : {"0", "0.02 mm"}) {
+    auto scene = small_study(x, "sampling.frames=1");
+    scene.objects.resize(1);  // the sphere
+    QualitySpec what;
+    what.views = false;
+    what.blur_m = 4 * um;
+    what.lens_points = 4;
+    const auto world = build_world(scene);
+    const auto plan = make_plan(scene, world);
+    const auto result = assessed(device, scene, what);
+    const auto [low_m, high_m] = result.window;
+    INFO(result.window.text());
+    const auto off_px = glm::dvec2(result.picture_size) - (high_m - low_m) / (3.74 * um);
+    CHECK(std::max(std::abs(off_px.x), std::abs(off_px.y)) <= 1);
+    // The sphere, seen in perspective, a margin of 4 blurs, and the border
+    const double margin_m = 4 * 4 * um + picture_border_px * 3.74 * um;
+    for (int axis = 0; axis < 2; ++axis) {
+      CHECK(low_m[axis] == Catch::Approx(world.min_m[axis] - margin_m).margin(8 * um));
+      CHECK(high_m[axis] == Catch::Approx(world.max_m[axis] + margin_m).margin(8 * um));
+    }
+    CHECK(result.window == quality_window(plan, front_view(scene, world, plan), 4 * um));
+    // Pixels beyond the sphere's light are as dark as those at the edge of a larger picture
+    auto wide = what;
+    wide.window = PictureWindow::around_axis(glm::dvec2(0.5 * mm));
+    const auto sum = [](const Image& image) {
+      return std::accumulate(image.pixels.begin(), image.pixels.end(), 0.0);
+    };
+    wide.border_px = what.border_px = 0;
+    CHECK(sum(assessed(device, scene, what).rows[0].lens[0]) ==
+          Catch::Approx(sum(assessed(device, scene, wide).rows[0].lens[0])).epsilon(2e-3));
+  }
+}
+
 TEST_CASE("wide pictures are made smaller for the sheet by averaging") {
   const auto device = test::all_devices().front();
   const auto scene = small_study("0", "sampling.frames=1");
   QualitySpec what;
   what.depths_m = {3.1 * mm};
   what.views = false;
-  what.window_m = glm::dvec2(1400, 70) * 3.74 * um;
+  what.window = PictureWindow::around_axis(glm::dvec2(1400, 70) * 3.74 * um);
   what.border_px = 0;
   what.lens_points = 2;
   const auto result = assessed(device, scene, what);
@@ -207,7 +245,7 @@ TEST_CASE("pictures that cannot be compared are refused") {
   refused([](QualitySpec& s) { s.border_px = 32; });
   refused([](QualitySpec& s) { s.blur_m = -1 * um; });
   refused([](QualitySpec& s) { s.lens_points = 0; });
-  refused([](QualitySpec& s) { s.window_m = glm::dvec2(0, 1 * mm); });
+  refused([](QualitySpec& s) { s.window = PictureWindow::around_axis({0, 1 * mm}); });
 }
 
 }  // namespace

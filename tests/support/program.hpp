@@ -11,6 +11,7 @@
 #include <cerrno>
 #include <cstdint>
 #include <cstdlib>
+#include <sstream>
 #include <string>
 #include <utility>
 #include <vector>
@@ -113,6 +114,14 @@ private:
 inline bool is_one_line(const std::string& err) {
   return std::count(err.begin(), err.end(), '\n') == 1 && err.starts_with("raywave: ") &&
          err.ends_with('\n');
+}
+
+/// True where stderr has notes for the user, a line each, and nothing else: no progress, no error.
+inline bool has_notes_alone(const std::string& err) {
+  std::istringstream lines(err);
+  for (std::string line; std::getline(lines, line);)
+    if (!line.starts_with("raywave: ") || line.starts_with("raywave:  ")) return false;
+  return true;
 }
 
 /// Checks a refusal: one line on stderr that contains `says`, nothing on stdout, this exit code.

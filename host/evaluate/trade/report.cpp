@@ -148,7 +148,7 @@ std::string trade_json(const Trade& trade) {
              {{"resolution_m", trade.resolution_m},
               {"blur_m", *p.blur_m},
               {"depths_m", p.depths_m},
-              {"window_m", {p.window_m->x, p.window_m->y}},
+              {"window_m", json_of(*p.window)},
               {"square_px", p.square_px},
               {"border_px", p.border_px},
               {"lens_points_per_axis", p.lens_points}}},

@@ -38,10 +38,8 @@ std::string digits_of(const Trade& trade, const World& world) {
     all += scene.dump();
   }
   const auto& p = trade.pictures;
-  const Json pictures{p.depths_m,  {p.window_m->x, p.window_m->y},
-                      *p.blur_m,   p.square_px,
-                      p.border_px, p.lens_points,
-                      p.views,     p.against_points};
+  const Json pictures{p.depths_m,  json_of(*p.window), *p.blur_m, p.square_px,
+                      p.border_px, p.lens_points,      p.views,   p.against_points};
   const auto& d = trade.device;
   all += pictures.dump() + d.platform + '\n' + d.name + '\n' + d.driver + '\n' + version;
   append_bytes(all, world.positions);
@@ -101,19 +99,19 @@ TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, cons
     : device_(device), spec_(spec), world_(build_world(scenes.at(0))) {
   trade_.scenes = std::move(scenes);
   trade_.device = device.info();
-  glm::dvec2 all_m(0);
   for (const auto& scene : trade_.scenes) {
     const auto plan = make_plan(scene, world_);
     trade_.resolution_m = std::max(trade_.resolution_m, wanted_resolution_m(scene, plan));
-    all_m = glm::max(all_m, glm::dvec2(plan.hologram.size * plan.grid) * plan.hologram.pitch_m);
   }
   const auto plan = make_plan(trade_.scenes[0], world_);
   trade_.grid = plan.grid;
   auto& pictures = trade_.pictures;
   pictures = spec.pictures;
   if (pictures.depths_m.empty()) pictures.depths_m = quality_depths_m(plan);
-  if (!pictures.window_m) pictures.window_m = all_m;
   pictures.blur_m = blur_of_resolution * trade_.resolution_m;
+  if (!pictures.window)
+    pictures.window =
+        quality_window(plan, front_view(trade_.scenes[0], world_, plan), *pictures.blur_m);
   pictures.square_px =
       std::max(1, static_cast<int>(*pictures.blur_m / plan.hologram.pitch_m.x / squares_in_blur));
   trade_.of = digits_of(trade_, world_);

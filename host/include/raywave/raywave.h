@@ -116,6 +116,10 @@ RAYWAVE_API int raywave_render(raywave_renderer* renderer, uint8_t* levels, size
 RAYWAVE_API int raywave_render_field(raywave_renderer* renderer, uint8_t* levels, size_t bytes,
                                      float* field, size_t floats);
 
+/* What the user should know of the last picture, one line each, a newline behind each; "" before
+ * the first picture. Valid until the next render. */
+RAYWAVE_API const char* raywave_notes(const raywave_renderer* renderer);
+
 #ifdef __cplusplus
 }
 #endif

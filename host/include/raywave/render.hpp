@@ -162,6 +162,7 @@ public:
   int frames() const;                         // of each laser
   std::vector<double> wavelengths_m() const;  // of the lasers; one of one wavelength
   std::size_t objects() const;
+  std::vector<std::string> notes() const;  // Hologram::notes of the last picture
 
   /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
   /// otherwise) and its rotation about x, then y, then z.

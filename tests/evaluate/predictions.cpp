@@ -1,0 +1,53 @@
+// SPDX-License-Identifier: Apache-2.0
+// Predictions, held to measurements on scenes that no fit has seen.
+#include "host/evaluate/goal_check.hpp"
+#include "host/forecast/tuning.hpp"
+#include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+/// Demo meshes, smaller, nearer, turned and lit otherwise than in the demo scenes.
+Scene unseen_scene(const std::string& file, std::vector<std::string> more) {
+  std::vector<std::string> set{"hologram.resolution=[480, 360]", "wrp.grid=auto",
+                               "viewer.resolution=60 um", "light.0.direction=[-0.4, -0.3, 0.85]",
+                               "object.0.position=['0.2 mm', '-0.1 mm', '40 mm']"};
+  set.insert(set.end(), more.begin(), more.end());
+  return load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / file, set);
+}
+
+TEST_CASE("the PSNR and memory of scenes that no fit has seen are predicted within 2 dB and 1.5") {
+  const auto device = test::all_devices().front();
+  const std::vector<std::pair<std::string, std::vector<std::string>>> scenes{
+      {"teapot.toml", {"object.0.width=3 mm", "object.0.rotation=[10, -40, 0]"}},
+      {"teapot.toml", {"object.0.width=3 mm", "slm.encoding=phase", "sampling.frames=3"}},
+      {"animal.toml", {"object.0.width=2.6 mm", "object.0.rotation=[0, -60, 10]"}},
+      {"plane_100mm.toml", {"object.0.width=2.4 mm", "object.0.rotation=[25, 0, 0]"}},
+      {"wire.toml", {"object.0.width=3 mm", "slm.encoding=phase"}}};
+  for (const auto& [file, set] : scenes) {
+    for (const bool is_refined : {false, true}) {
+      auto scene = unseen_scene(file, set);
+      if (is_refined) {
+        scene.slm.encoding = Encoding::phase;
+        scene.refine.emplace();
+      }
+      const Goal goal{{}, {}, 20.0};
+      const auto world = build_world(scene);
+      const auto planned = plan_scenes({scene}, world, figures_of(device.info()), goal);
+      auto rendered = render(device, {planned[0].scene}, world);
+      const auto check = check_goal(device, goal, planned, world, rendered, {});
+      REQUIRE(check);
+      INFO(file << (is_refined ? ", refined" : "") << ": " << check->text());
+      CHECK(check->measured_db == Catch::Approx(check->predicted_db).margin(2));
+      const auto peak = static_cast<double>(rendered.lasers[0].device_peak_bytes);
+      INFO(peak << " bytes, " << planned[0].prediction.device_bytes << " predicted");
+      CHECK(peak < 1.5 * static_cast<double>(planned[0].prediction.device_bytes));
+      CHECK(static_cast<double>(planned[0].prediction.device_bytes) < 1.5 * peak);
+    }
+  }
+}
+
+}  // namespace
+}  // namespace raywave
