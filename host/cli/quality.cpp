@@ -145,7 +145,9 @@ void run_quality(const QualityArguments& options) {
       planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
       for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
       // Judged as it was planned
-      if (!spec.blur_m) spec.blur_m = blur_of_resolution * planned[0].prediction.resolution_m;
+      const auto& prediction = planned[0].prediction;
+      if (!spec.blur_m) spec.blur_m = blur_of_resolution * prediction.resolution_m;
+      if (!spec.window && prediction.pictures) spec.window = prediction.pictures->window;
     }
     if (const auto warning = colour_warning(scenes, world); !warning.empty())
       options.report.note(warning);
