@@ -77,7 +77,7 @@ TEST_CASE("render --psnr says what it reached, as quality measures it on finer p
     double mean_db = 0;
     for (const auto& row : judged["rows"])
       mean_db += row["psnr_db"].get<double>() / static_cast<double>(judged["rows"].size());
-    CHECK(told["measured_psnr_db"].get<double>() == Catch::Approx(mean_db).margin(0.3));
+    CHECK(told["measured_psnr_db"].get<double>() == Catch::Approx(mean_db).margin(0.5));
   }
 }
 
