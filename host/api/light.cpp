@@ -264,7 +264,7 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
     throw InputError("border: must be 0 or more, got " + std::to_string(options.border_px));
   QualitySpec what;
   what.depths_m = options.depths_m;
-  if (options.window_m) what.window_m = vector_of(*options.window_m);
+  if (options.window_m) what.window = PictureWindow::around_axis(vector_of(*options.window_m));
   what.blur_m = options.blur_m;
   what.views = options.views;
   what.lens_points = options.lens_points;

@@ -193,8 +193,8 @@ TEST_CASE("of LUTs by wavelength, every command takes the one of its hologram's 
   CHECK(last_of(desk.folder() / "encoded" / "report.json") == Approx(255 / 250.0));
   CHECK(picture() != bytes_of(desk.out("hologram.png")));
   const auto missing =
-      "bench.toml:3: slm: lut has \"532 nm\", \"638 nm\", none within 1 nm of 450 nm; add \"450 "
-      "nm\"";
+      "bench.toml:3: slm: lut has \"532 nm\", \"638 nm\", none within 1 nm of 450 nm; add one "
+      "of \"450 nm\"";
   check_refused(encoded({"--slm", desk.file("bench.toml"), "--wavelength", "450nm"}), 2, missing);
   const auto pattern = [&](const std::string& wavelength) {
     return desk.run({"pattern", "ramp", "--slm", desk.file("bench.toml"), "--size", "64x64",

@@ -291,6 +291,14 @@ TEST_CASE("a trade of several lasers is by the picture in colour, and by the tim
     for (const auto& row : trade.rows) {
       INFO(row.note);
       REQUIRE(row.renders == 1);
+      // Rows of fewer frames are judged by the rendering with the most, whose scale they share
+      const bool is_part =
+          std::any_of(trade.rows.begin(), trade.rows.end(), [&](const TradeRow& other) {
+            auto same = other.knobs;
+            same.frames = row.knobs.frames;
+            return same == row.knobs && other.knobs.frames > row.knobs.frames;
+          });
+      if (is_part) continue;
       const auto with = with_knobs(scenes, row.knobs);
       const auto seen = assess(device, with, build_world(scenes[0]), {}, trade.pictures);
       REQUIRE(row.pictures.size() == seen.rows.size());
