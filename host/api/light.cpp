@@ -262,6 +262,8 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
       throw InputError("depths: must be finite and not 0, got " + number_text(z_m));
   if (options.border_px < 0)
     throw InputError("border: must be 0 or more, got " + std::to_string(options.border_px));
+  if (options.blur_m && !(*options.blur_m >= 0 && std::isfinite(*options.blur_m)))
+    throw InputError("blur: must be finite and >= 0, got " + number_text(*options.blur_m));
   QualitySpec what;
   what.depths_m = options.depths_m;
   if (options.window_m) what.window = PictureWindow::around_axis(vector_of(*options.window_m));

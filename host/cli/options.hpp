@@ -141,7 +141,7 @@ struct ViewOptions {
   /// them. Returns what --json says of them.
   ///
   /// blur_px   of the PNG, which is what is seen: standard deviation
-  /// channels  in the hologram's frame; one, or red, green and blue: the PNG is sRGB, the EXR linear sRGB
+  /// channels  in the hologram's frame; one, or red, green, blue: PNGs are sRGB, EXRs linear sRGB
   nlohmann::ordered_json save(std::span<const Image> channels, const std::string& name, double z_m,
                               const char* quantity, const ReportOptions& report,
                               double blur_px = 0) const;

@@ -38,7 +38,7 @@ std::string today();
 /// The length with a suitable unit: "3.74 um", "12.5 mm".
 std::string length_text(double length_m);
 
-/// "3.74 mm" with up to so many digits, of what is computed: below a picometre it is rounding noise,
+/// "3.74 mm" with up to so many digits, of what is computed: below a picometre it is noise,
 /// and 0.
 std::string millimetres(double length_m, int digits = 6);
 

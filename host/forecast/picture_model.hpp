@@ -71,7 +71,7 @@ struct PicturePrediction {
   PictureWindow window;         // that they are of
   bool refined = false;
   bool dark = false;  // no light is seen: nothing can be said of the pictures
-  // Shares of the mean square error of all rows, of the levels. Where phases are refined, `encoding`
+  // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`
   // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 };

@@ -93,7 +93,7 @@ struct SlmSpec {
   int levels_per_turn = 256;  // grey levels to a turn of phase
   bool invert = false;        // phase falls as grey rises
   double offset_turns = 0;    // added to every phase
-  // Phase in turns, or amplitude, that grey levels show at the hologram's wavelength; it never turns
+  // Phase in turns, or amplitude, that grey levels show at this wavelength; it never turns
   // back. Empty: linear
   Lut lut;
   FlatnessSpec flatness;

@@ -129,7 +129,8 @@ def check_sheet(program, folder, seed):
     (folder / "sheet.toml").write_text(scene)
     said = {}
     for words in (["plan", "--json", "--set", 'hologram.wavelength="638 nm"'],
-                  ["lens", "-z", "100mm", "-o", folder / "out", "--lens-points", "1"]):
+                  ["lens", "-z", "100mm", "-o", folder / "out", "--lens-points", "1",
+                   "--frame", "hologram"]):
         done = subprocess.run([program, words[0], folder / "sheet.toml", *words[1:]], text=True,
                               stdout=subprocess.PIPE, stderr=subprocess.PIPE)
         if done.returncode != 0:
