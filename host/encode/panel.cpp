@@ -103,11 +103,11 @@ double zernike(int noll, double x, double y) {
 }
 
 Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m)
-    : slm_(slm), size_(size_px) {
+    : slm_(slm), size_(size_px), pitch_m_(pitch_m), wavelength_m_(wavelength_m) {
   // Who has no plan has no scene that might fill the band.
   if (slm_.encoding == Encoding::automatic) slm_.encoding = Encoding::double_phase;
   make_levels();
-  make_added(pitch_m, wavelength_m);
+  make_added();
 }
 
 void Panel::make_levels() {
@@ -150,8 +150,13 @@ void Panel::make_levels() {
 
 glm::dvec2 Panel::own_carrier() const { return own_carrier_of(slm_.encoding); }
 
-void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
-  const auto carrier = carrier_of(slm_, pitch_m, wavelength_m);
+double Panel::light_turns(int x, int y) const {
+  const glm::dvec2 off_middle(x - (size_.x - 1) / 2.0, (size_.y - 1) / 2.0 - y);
+  return slm_.illumination.turns(off_middle * pitch_m_, wavelength_m_);
+}
+
+void Panel::make_added() {
+  const auto carrier = carrier_of(slm_, pitch_m_, wavelength_m_);
   const auto& flatness = slm_.flatness;
   const auto& picture = flatness.picture;
   const bool is_flat = picture.pixels.empty();
@@ -164,10 +169,10 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
   const bool falls =
       slm_.lut.values.empty() ? slm_.invert : slm_.lut.values.back() < slm_.lut.values.front();
   const double turns_per_value =
-      flatness.in_nm ? -1e-9 / wavelength_m
+      flatness.in_nm ? -1e-9 / wavelength_m_
                      : (falls ? -1 : 1) * (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;
   const int left = (picture.width - size_.x) / 2, top = (picture.height - size_.y) / 2;
-  const double radius = 0.5 * std::max(size_.x * pitch_m.x, size_.y * pitch_m.y);
+  const double radius = 0.5 * std::max(size_.x * pitch_m_.x, size_.y * pitch_m_.y);
   added_.resize(std::size_t{1} * size_.x * size_.y);
   auto& threads = cl::Threads::shared();
   threads.for_each(
@@ -176,10 +181,10 @@ void Panel::make_added(glm::dvec2 pitch_m, double wavelength_m) {
         const double up = (size_.y - 1) / 2.0 - y;  // row 0 is the top
         for (int x = 0; x < size_.x; ++x) {
           const double right = x - (size_.x - 1) / 2.0;
-          const double x_m = right * pitch_m.x, y_m = up * pitch_m.y;
+          const double x_m = right * pitch_m_.x, y_m = up * pitch_m_.y;
           double turns = slm_.offset_turns + carrier.x * right + carrier.y * up;
-          turns -= slm_.illumination.turns({x_m, y_m}, wavelength_m);
-          if (slm_.lens_m) turns -= (x_m * x_m + y_m * y_m) / (2 * wavelength_m * *slm_.lens_m);
+          turns -= light_turns(x, y);
+          if (slm_.lens_m) turns -= (x_m * x_m + y_m * y_m) / (2 * wavelength_m_ * *slm_.lens_m);
           if (const int i = x + left, j = y + top;
               !is_flat && i >= 0 && j >= 0 && i < picture.width && j < picture.height)
             turns += turns_per_value * picture.pixels[std::size_t{1} * j * picture.width + i];

@@ -34,6 +34,9 @@ public:
   /// lens, flatness, Zernike terms and offset, less the phase of the light that falls onto it.
   const std::vector<std::uint16_t>& added() const { return added_; }
 
+  /// Phase in turns of the light that falls onto a pixel; column x, row y from the top.
+  double light_turns(int x, int y) const;
+
   /// The carrier that the picture stands on beside the one that is added, in cycles per pixel:
   /// Burckhardt's encoding brings its own.
   glm::dvec2 own_carrier() const;
@@ -44,10 +47,12 @@ public:
 
 private:
   void make_levels();
-  void make_added(glm::dvec2 pitch_m, double wavelength_m);
+  void make_added();
 
   SlmSpec slm_;
   glm::ivec2 size_;
+  glm::dvec2 pitch_m_;
+  double wavelength_m_;
   std::vector<std::uint16_t> level_table_;
   std::vector<std::uint16_t> added_;
   std::vector<std::complex<double>> shown_;  // by level

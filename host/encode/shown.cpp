@@ -59,6 +59,9 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
   const auto& added = panel.added();
   const auto own = panel.own_carrier();
   const bool is_turned = !added.empty() || own != glm::dvec2(0);
+  const auto& stop = panel.slm().stop;
+  // Light that is not modulated passes the stop's plane in one point, however it falls onto the SLM
+  const bool is_tilted = stop && !panel.slm().illumination.is_plane();
 
   FieldStack field{size.x, size.y, static_cast<int>(levels.size()), {}};
   field.samples.resize(pixels * levels.size());
@@ -68,6 +71,9 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
                        " pixels, a picture for it " + std::to_string(levels[frame].size()));
     const auto plane = std::span(field.samples).subspan(frame * pixels, pixels);
     auto& threads = cl::Threads::shared();
+    const auto light_turns = [&](std::size_t i) {
+      return panel.light_turns(static_cast<int>(i % size.x), static_cast<int>(i / size.x));
+    };
     threads.for_ranges(pixels, [&](std::size_t, std::size_t first, std::size_t last) {
       for (std::size_t i = first; i < last; ++i) {
         auto value = light[levels[frame][i]];
@@ -75,12 +81,18 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
           double turns = added.empty() ? 0 : added[i] / 65536.0;
           turns +=
               own.x * static_cast<double>(i % size.x) - own.y * static_cast<double>(i / size.x);
+          if (is_tilted) turns += light_turns(i);
           value *= std::polar(1.0, -2 * std::numbers::pi * turns);
         }
         plane[i] = std::complex<float>(value);
       }
     });
-    if (panel.slm().stop) keep_band(plane, size, panel.slm().stop->size, panel.slm().stop->centre);
+    if (stop) keep_band(plane, size, stop->size, stop->centre);
+    if (!is_tilted) continue;
+    threads.for_ranges(pixels, [&](std::size_t, std::size_t first, std::size_t last) {
+      for (std::size_t i = first; i < last; ++i)
+        plane[i] *= std::complex<float>(std::polar(1.0, 2 * std::numbers::pi * light_turns(i)));
+    });
   }
   return field;
 }

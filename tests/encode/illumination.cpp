@@ -121,6 +121,30 @@ DEVICE_TEST(
   }
 }
 
+DEVICE_TEST("a stop stands where undiffracted light of any tilt or focus has frequency zero") {
+  // Of the light on the SLM, 3 and -2 degrees are 0.33 and -0.22 cycles per pixel; the field has at
+  // most 0.09. The field is thus at -0.33 and 0.22, the zero order at (-0.1, 0), its twin beyond it.
+  for (const double focus_m : {0.0, 5.0}) {
+    auto stage = one_dot({0.1e-3, -0.06e-3, 60e-3},
+                         light_of(focus_m > 0 ? std::optional(focus_m) : std::nullopt, {3, -2}));
+    stage.scene.slm.encoding = Encoding::off_axis;
+    stage.scene.slm.carrier = {0.1, 0};
+    stage.scene.slm.stop = StopSpec{{0.25, 0.25}, {-0.33, 0.22}};
+    const auto result = render(device, stage.scene, stage.world);
+    const auto shown = shown_field(*result.panel, result.levels);
+    std::complex<double> both = 0;
+    double of_shown = 0, of_field = 0;
+    for (std::size_t i = 0; i < shown.samples.size(); ++i) {
+      const std::complex<double> a(shown.samples[i]), b(result.field.samples[i]);
+      both += a * std::conj(b);
+      of_shown += std::norm(a);
+      of_field += std::norm(b);
+    }
+    CAPTURE(focus_m, of_shown);
+    CHECK(std::abs(both) > 0.98 * std::sqrt(of_shown * of_field));
+  }
+}
+
 DEVICE_TEST("the steepest light is so many degrees off the light on the SLM, place by place") {
   // 4 um pixels turn light by sines up to 0.0798 to either side.
   for (const double z_m : {15e-3, -15e-3}) {
