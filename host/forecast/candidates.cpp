@@ -233,7 +233,7 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     c.padding = padding;
     set_padding(plan, padding);
     work.butterflies = count_butterflies(plan, c.frames);
-    const auto add_choice = [&](int rounds) {
+    const auto add_choice = [&, error = error](int rounds) {
       c.seconds = predict_times(work, device_.rates).total_s();
       auto model = *layout.model;
       model.refined_rounds *= rounds;
