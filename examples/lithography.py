@@ -61,7 +61,11 @@ def main():
         parser.error("--index: a relief's index is above 1")
 
     scene = json.loads((options.hologram / "report.json").read_text())["scene"]
-    levels = np.load(options.hologram / "hologram.npy", mmap_mode="r")[0]
+    frames = np.load(options.hologram / "hologram.npy", mmap_mode="r")
+    if len(frames) != 1:
+        parser.error(f"{options.hologram}: has {len(frames)} frames, and a mask shows one: render "
+                     "with sampling.frames = 1")
+    levels = frames[0]
     heights = heights_nm(levels, scene["slm"], scene["hologram"]["wavelength_m"], options.index)
     steps = np.unique(heights)
     is_binary = len(steps) <= 2

@@ -157,7 +157,7 @@ void add_lens(CLI::App& app) {
 
 void add_preview(CLI::App& app) {
   auto* command = add_command(app, section::look, "preview",
-                              "Show at once what a viewer will see, all depths in focus",
+                              "Show in seconds what a viewer will see, all depths in focus",
                               "build/raywave preview data/still_life.toml");
   auto options = std::make_shared<LensArguments>();
   options->view.folder = ".";

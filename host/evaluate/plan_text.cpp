@@ -244,7 +244,7 @@ void add_time(const Prediction& prediction, Rows& out) {
               : prediction.rates_of)
       << ")\n          the first picture also reads meshes and builds trees; kernels that the "
          "device "
-         "has not compiled yet take seconds to a minute, once\n";
+         "has not compiled yet take seconds, once\n";
 }
 
 void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {

@@ -29,7 +29,7 @@ struct PictureWindow {
   glm::dvec2 size_m() const { return high_m - low_m; }
   /// The smallest window around the axis that holds it.
   glm::dvec2 centred_size_m() const;
-  /// "13.2 x 8.2 mm", "13.2 x 8.2 mm around (1 mm, 0 mm)"
+  /// "13.2 x 8.2 mm", "13.2 x 8.2 mm around (1, 0) mm"
   std::string text() const;
   bool operator==(const PictureWindow&) const = default;
 };

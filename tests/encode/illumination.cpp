@@ -123,7 +123,7 @@ DEVICE_TEST(
 
 DEVICE_TEST("a stop stands where undiffracted light of any tilt or focus has frequency zero") {
   // Of the light on the SLM, 3 and -2 degrees are 0.33 and -0.22 cycles per pixel; the field has at
-  // most 0.09. The field is thus at -0.33 and 0.22, the zero order at (-0.1, 0), its twin beyond it.
+  // most 0.09. The field is thus at -0.33 and 0.22, the zero order at (-0.1, 0), its twin beyond.
   for (const double focus_m : {0.0, 5.0}) {
     auto stage = one_dot({0.1e-3, -0.06e-3, 60e-3},
                          light_of(focus_m > 0 ? std::optional(focus_m) : std::nullopt, {3, -2}));
