@@ -196,6 +196,9 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             for (double& number : lut.values) number *= amplitude ? 1 : turns_per_unit;
             fit_monotone(lut, 0.05, amplitude ? "" : " turns", v);
             require_range(lut.values, amplitude, v);
+            if (lut.values.size() < static_cast<std::size_t>(grey_levels_of(slm)))
+              v.note("it lists " + std::to_string(lut.values.size()) + " of " +
+                     std::to_string(grey_levels_of(slm)) + " levels: the others are not used");
             return lut;
           },
           told_lut)

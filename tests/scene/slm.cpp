@@ -211,9 +211,11 @@ TEST_CASE("a LUT that turns back a little becomes the nearest that does not, and
   const std::vector<double> wanted{0, 0.28, 0.28, 0.4, 0.4, 0.4, 0.9};
   REQUIRE(slm.lut.values.size() == wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(slm.lut.values[i] == Approx(wanted[i]));
-  REQUIRE(slm.notes.size() == 1);
+  REQUIRE(slm.notes.size() == 2);
   CHECK_THAT(slm.notes[0], ContainsSubstring("lut: it turns back, by up to 0.02 turns"));
-  CHECK(bench.load("lut = [0, 0.3, 0.3, 0.9]").notes.empty());
+  CHECK_THAT(slm.notes[1], ContainsSubstring("it lists 7 of 256 levels"));
+  CHECK(bench.load("lut = [0, 0.3, 0.3, 0.9]").notes.size() == 1);
+  CHECK(bench.load("lut = \"rising.txt\"").notes.empty());
 }
 
 TEST_CASE("what depends on the wavelength may be a table by wavelength, as a LUT") {
