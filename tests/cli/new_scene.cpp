@@ -10,7 +10,8 @@ namespace {
 using namespace test;
 using Catch::Matchers::ContainsSubstring;
 
-TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLMs of three kinds") {
+TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLMs of three kinds",
+          "[slow]") {
   const Desk desk;
   desk.folder().write(
       "bench.toml",
