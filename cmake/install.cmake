@@ -12,7 +12,7 @@ install(
   RUNTIME DESTINATION ${CMAKE_INSTALL_BINDIR})
 # Beside the library; the program looks in ../libexec/raywave, too (host/scene/reader_process.hpp).
 install(
-  TARGETS raywave_mesh_reader raywave_image_reader
+  TARGETS ${RAYWAVE_READERS}
   RUNTIME DESTINATION ${CMAKE_INSTALL_LIBEXECDIR}/raywave)
 install(
   DIRECTORY host/include/raywave ${PROJECT_BINARY_DIR}/include/raywave

@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <functional>
+#include <future>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <memory>
@@ -114,12 +115,13 @@ glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
   constexpr double longest_px = 480;
+  // A device takes as long to start as the scene's files take to read
+  auto starting = std::async(std::launch::async, [&] { return cl::Device(options.device.info()); });
   const auto scenes = options.scene.load_all(options.report);
   options.view.check_percentile();
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
   if (depths_m.size() > 1)
     throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");
-  const cl::Device device(options.device.info());
   const auto world = build_world(scenes[0]);
   const auto plans = plans_of(scenes, world);
   LensSpec what;
@@ -134,6 +136,7 @@ void run_preview(const LensArguments& options) {
   const auto pixels = *what.window_m / plans[0].hologram.pitch_m;
   what.pixel_m = plans[0].hologram.pitch_m *
                  std::max(1.0, std::ceil(std::max(pixels.x, pixels.y) / longest_px));
+  const auto device = starting.get();
   DeviceScene arrays(device, world, plans[0]);
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   options.report.write(save(options, scenes, images, "preview", what.z_m));

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-/// Reading and writing of pictures (OpenImageIO). Row 0 is the top.
+/// Reading and writing of pictures. Row 0 is the top.
 #pragma once
 
 #include <complex>

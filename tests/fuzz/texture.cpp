@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-// load_texture as the program calls it. OpenImageIO runs in a reader process under its limits; the
-// fuzzer sees no coverage of it. The target fails on a crash or a hang in this process, or on an
-// invalid picture. OpenImageIO tells the format from the first bytes, whatever the extension.
+// load_texture as the program calls it. libpng and OpenImageIO run in a reader process under its
+// limits; the fuzzer sees no coverage of them. The target fails on a crash or a hang in this
+// process, or on an invalid picture. The first bytes tell the format, whatever the extension.
 #include "host/scene/image.hpp"
 #include "tests/fuzz/fuzz.hpp"
 

@@ -460,7 +460,7 @@ TEST_CASE("equal pictures have equal files, OpenEXR too") {
   const Folder folder;
   const std::array<float, 2> pixels{0.25f, 4};
   save_picture(folder / "a.exr", 2, 1, pixels);
-  CHECK_THAT(bytes_of(folder / "a.exr"), ContainsSubstring("1970:01:01 00:00:00"));
+  CHECK_THAT(bytes_of(folder / "a.exr"), !ContainsSubstring("Date"));
 }
 
 }  // namespace

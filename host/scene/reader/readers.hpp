@@ -6,10 +6,7 @@
 #include <cmath>
 #include <filesystem>
 #include <optional>
-#include <string>
-#include <vector>
 
-#include "host/scene/image.hpp"
 #include "host/scene/mesh.hpp"
 
 namespace raywave {
@@ -39,11 +36,5 @@ GltfMotion read_gltf_motion(const std::filesystem::path& file);
 inline float linear_from_srgb(float s) {
   return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
 }
-
-/// Channels of a picture (OpenImageIO).
-///
-/// arguments  "texture" FILE CHANNEL as load_texture reads it, "channels" FILE LETTERS as
-///            load_channels does, "grey" FILE as load_grey, or "levels" FILE as load_levels
-std::vector<Image> read_image(const std::vector<std::string>& arguments);
 
 }  // namespace raywave
