@@ -119,7 +119,9 @@ static inline void polar_field(const Field* field, int nx, int i, int row, float
   load_transformed(field, transformed_row(field, row) + i, nx - i, &re, &im);
   polar(re, im, amplitude, turns);
   *amplitude *= transformed_share(field, i, row);
-  *turns += reference_turns(field, i, row);
+  // Where no light is, no phase is either, as of a field
+  const floatv reference = reference_turns(field, i, row);
+  *turns += LANES_SELECT((floatv)(0.0f), reference, *amplitude > 0.0f);
 #else
   load_some_complex(field->samples + (size_t)nx * (size_t)row + i, nx - i, &re, &im);
   polar(re, im, amplitude, turns);

@@ -2,7 +2,9 @@
 #include "host/animate/animate.hpp"
 
 #include <cmath>
+#include <complex>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <sstream>
 
 #include "host/scene/image.hpp"
@@ -220,6 +222,36 @@ TEST_CASE("a solid keeps its size while it turns, about the middle of the box it
   scene.objects[0].solid_scale.reset();
   move_objects(scene, world);
   CHECK(near(world.max_m - world.min_m, dvec3(4e-3, 16e-3, 0)));
+}
+
+TEST_CASE("pictures of a hologram one pixel wide are renders of their poses, also with no light") {
+  Desk desk;
+  const std::vector<std::string> narrow{"hologram.resolution=[1, 48]", "slm.encoding=phase"};
+  desk.scene(
+      "[animation]\nframes = 3\n[[animation.track]]\nof = \"object.0.position\"\nat = [0, 2]\n"
+      "values = [[0, 0, \"10 mm\"], [\"1 mm\", 0, \"10 mm\"]]\n");
+  const auto moving = load_scene(desk.file("scene.toml"), narrow);
+  desk.scene("");
+  for (const auto& device : all_devices()) {
+    const Folder made;
+    run(Animator(device, moving, cl::FftBackend::host), made / "", FrameStorage::stream);
+    const auto all = bytes_of(made / "frames.raw");
+    REQUIRE(all.size() == 3 * 48);
+    for (int picture = 0; picture < 3; ++picture) {
+      auto set = narrow;
+      set.push_back("object.0.position=['" + std::to_string(500 * picture) + " um', 0, '10 mm']");
+      set.push_back("sampling.seed=" + std::to_string(picture + 1));
+      const auto posed =
+          render(device, load_scene(desk.file("scene.toml"), set), {.fft = cl::FftBackend::host});
+      CHECK((posed.samples == 0) == (picture == 2));
+      std::complex<double> alike = 0;
+      for (std::size_t i = 0; i < 48; ++i) {
+        const int apart = posed.levels[0][i] - std::uint8_t(all[48 * std::size_t(picture) + i]);
+        alike += std::polar(1.0 / 48, apart * std::numbers::pi / 128);
+      }
+      CHECK(alike.real() > 0.999);
+    }
+  }
 }
 
 TEST_CASE("holograms that share one scale show a light of a quarter at half the amplitude") {

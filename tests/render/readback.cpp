@@ -72,6 +72,8 @@ DEVICE_TEST(
   cases.back().second.hologram.tiles = glm::ivec2(2, 2);
   cases.emplace_back("two layers, whose fields add up", scene_of(Encoding::phase, 1));
   cases.back().second.wrp.distances_m = {9.9 * mm, 10.1 * mm};
+  cases.emplace_back("nothing in sight", scene_of(Encoding::phase, 1));
+  cases.back().second.objects[0].position_m.x = 1;
   // So near that the reference wave needs two floats
   cases.emplace_back("1 mm away", scene_of(Encoding::double_phase, 1));
   cases.back().second.hologram = {{590, 560}, {1 * um, 1 * um}, 638e-9};
