@@ -64,7 +64,8 @@ Picture as_picture(const std::vector<Image>& channels) {
 
 PictureComparison as_comparison(const ColourComparison& c, bool is_colour) {
   const auto& of = c.luminance;
-  PictureComparison figures{of.psnr_db, of.ssim, of.scale, of.contrast_a, of.contrast_b, {}};
+  PictureComparison figures{of.psnr_db,    of.ssim,       of.flip, of.scale,
+                            of.contrast_a, of.contrast_b, {}};
   if (is_colour) figures.colours = {c.mean, c.median, c.most, c.most_of_95};
   return figures;
 }

@@ -102,6 +102,7 @@ void print_picture_table(const Compared& compared, const PictureOptions& how) {
               compared.width, compared.height, how.blur_px, how.border_px, name_of(how.domain));
   std::printf("PSNR               %.2f dB\n", c.psnr_db);
   std::printf("SSIM               %.4f\n", c.ssim);
+  std::printf("FLIP               %.4f\n", c.flip);
   std::printf("scale of B to A    %.6g\n", c.scale);
   std::printf("speckle contrast   A %.4f, B %.4f", c.contrast_a, c.contrast_b);
   if (how.region)
@@ -110,7 +111,7 @@ void print_picture_table(const Compared& compared, const PictureOptions& how) {
   else
     std::printf("\n");
   if (!compared.in_colour) return;
-  std::printf("                   (of the luminances)\n");
+  std::printf("                   (of the luminances, but for FLIP)\n");
   std::printf("Delta E 2000       mean %.3f, median %.3f, 95 %% within %.3f, largest %.3f\n",
               compared.figures.mean, compared.figures.median, compared.figures.most_of_95,
               compared.figures.most);
@@ -125,6 +126,7 @@ Json json_of(const Compared& compared, const PictureOptions& how) {
             {"domain", name_of(how.domain)},
             {"psnr_db", c.psnr_db},  // null when infinite
             {"ssim", c.ssim},
+            {"flip", c.flip},
             {"scale", c.scale},
             {"speckle_contrast", {{"a", c.contrast_a}, {"b", c.contrast_b}}}};
   if (how.region)

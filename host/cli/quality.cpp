@@ -90,15 +90,15 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
       result.window.text().c_str(), result.picture_size.x, result.picture_size.y,
       lasers.at(0).field.frames, result.blur_px, result.border_px, spec.lens_points,
       spec.lens_points);
-  std::printf("%-10s  %-6s  %8s  %6s  %5s  %6s  %-15s  %s%s\n", "depth", "view", "PSNR, dB", "SSIM",
-              "light", "haze", "speckle (lens)", "field: PSNR, dB",
+  std::printf("%-10s  %-6s  %8s  %6s  %6s  %5s  %6s  %-15s  %s%s\n", "depth", "view", "PSNR, dB",
+              "SSIM", "FLIP", "light", "haze", "speckle (lens)", "field: PSNR, dB",
               is_colour ? "  Delta E mean  95 % <  field: mean" : "");
   for (const auto& row : result.rows) {
     const auto &figures = row.figures.luminance, &of_field = row.field_figures.luminance;
     const auto haze = row.haze ? format("%.4f", *row.haze) : "-";
-    std::printf("%-10s  %-6s  %8.2f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f",
+    std::printf("%-10s  %-6s  %8.2f  %6.4f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f",
                 length_text(row.z_m).c_str(), row.view.c_str(), figures.psnr_db, figures.ssim,
-                row.light_share, haze.c_str(), figures.contrast_b, figures.contrast_a,
+                figures.flip, row.light_share, haze.c_str(), figures.contrast_b, figures.contrast_a,
                 of_field.psnr_db);
     if (is_colour)
       std::printf("  %19.2f  %6.2f  %11.2f", row.figures.mean, row.figures.most_of_95,

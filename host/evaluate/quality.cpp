@@ -507,7 +507,9 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
   const auto figures_json = [&](const ColourComparison& figures) {
-    Json told{{"psnr_db", figures.luminance.psnr_db}, {"ssim", figures.luminance.ssim}};
+    Json told{{"psnr_db", figures.luminance.psnr_db},
+              {"ssim", figures.luminance.ssim},
+              {"flip", figures.luminance.flip}};
     if (is_colour) told["delta_e_2000"] = delta_e_json(figures);
     return told;
   };

@@ -9,6 +9,7 @@
 
 #include "host/common/colour.hpp"
 #include "host/common/error.hpp"
+#include "host/view/flip.hpp"
 
 namespace raywave {
 namespace {
@@ -23,6 +24,21 @@ RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
   for (std::size_t c = 0; c < 3; ++c)
     result.channels[c] = raywave::blurred(picture.channels[c], sigma_px);
   return result;
+}
+
+/// The pixels within the border, times a factor.
+RgbPicture part_of(const RgbPicture& picture, int border_px, double factor) {
+  RgbPicture part;
+  for (std::size_t c = 0; c < 3; ++c) {
+    auto& channel = part.channels[c];
+    channel.width = picture.width() - 2 * border_px;
+    channel.height = picture.height() - 2 * border_px;
+    for (int y = border_px; y < picture.height() - border_px; ++y)
+      for (int x = border_px; x < picture.width() - border_px; ++x)
+        channel.pixels.push_back(static_cast<float>(
+            factor * double{picture.channels[c].pixels[std::size_t{1} * y * picture.width() + x]}));
+  }
+  return part;
 }
 
 }  // namespace
@@ -95,7 +111,9 @@ bool is_grey(const RgbPicture& picture) {
 ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
                                  const PictureOptions& options) {
   ColourComparison result;
-  result.luminance = compare_pictures(luminance_of(a), luminance_of(b), options);
+  auto of_luminances = options;
+  of_luminances.flip = false;
+  result.luminance = compare_pictures(luminance_of(a), luminance_of(b), of_luminances);
 
   // The same blur, border and scale as of the luminances
   const auto blurred_a = blurred(a, options.blur_px), blurred_b = blurred(b, options.blur_px);
@@ -136,6 +154,10 @@ ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
   result.median = at(0.5);
   result.most_of_95 = at(0.95);
   result.most = differences.back();
+  if (options.flip)
+    result.luminance.flip =
+        flip_of(part_of(blurred_a, options.border_px, 1).channels,
+                part_of(blurred_b, options.border_px, scale).channels, brightest);
   return result;
 }
 

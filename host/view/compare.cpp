@@ -14,6 +14,7 @@
 #include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/view/flip.hpp"
 
 namespace raywave {
 namespace {
@@ -269,11 +270,17 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   Plane reference = cut_out(whole_a, inner), judged = cut_out(whole_b, inner);
   if (!(largest(reference) > 0)) throw InputError("compare: A is black");
   if (dot(judged, judged) == 0) throw InputError("compare: B is black");
+  PictureComparison result;
+  if (options.flip) {
+    Plane scaled = judged;
+    for (double& v : scaled.pixels) v *= best_scale(reference, judged);
+    result.flip =
+        flip_of(std::array{image_of(reference)}, std::array{image_of(scaled)}, largest(reference));
+  }
   bring_to(options.domain, reference, judged);
   if (dot(judged, judged) == 0) throw InputError("compare: B has no light where A has some");
   const double peak = largest(reference);
 
-  PictureComparison result;
   const Region region = options.region.value_or(inner);
   require_inside(region, whole_a);
   result.contrast_a = contrast_of(cut_out(whole_a, region), "A");

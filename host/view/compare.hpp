@@ -51,6 +51,7 @@ struct PictureOptions {
   // Where the speckle contrast is taken, in the whole picture; empty: all within the border
   std::optional<Region> region;
   Domain domain = Domain::intensity;  // domain of PSNR, SSIM, scale and difference
+  bool flip = true;                   // FLIP, too
 };
 
 struct PictureComparison {
@@ -58,6 +59,9 @@ struct PictureComparison {
   double psnr_db = 0;
   // Mean structural similarity of a and scale b, 1 when they are equal
   double ssim = 0;
+  // Mean FLIP of a and scale b as intensities on a screen, max(a) as white; of pictures in colour,
+  // of their colours, the brightest luminance of a as white
+  double flip = 0;
   double scale = 0;                       // least-squares scale of B to A
   double contrast_a = 0, contrast_b = 0;  // speckle contrast, of intensities
   Image difference;                       // scale b - a, without the border

@@ -374,6 +374,7 @@ class PictureComparison:
 
     psnr_db: float  # infinite when b is a times a number
     ssim: float
+    flip: float  # mean, of the colours of pictures in colour
     scale: float  # least-squares scale of b to a
     contrast_a: float  # speckle contrast
     contrast_b: float

@@ -58,7 +58,7 @@ class Quality(Sequence[QualityRow]):
 
     def _cells(self) -> list[list[str]]:
         is_colour = self._rows[0].levels.delta_e is not None
-        head = ["depth, mm", "view", "PSNR, dB", "SSIM", "light", "haze", "field: PSNR, dB"]
+        head = ["depth, mm", "view", "PSNR, dB", "SSIM", "FLIP", "light", "haze", "field: PSNR, dB"]
         rows = [head + (["Delta E mean"] if is_colour else [])]
         for row in self._rows:
             rows.append([
@@ -66,6 +66,7 @@ class Quality(Sequence[QualityRow]):
                 row.view,
                 f"{row.levels.psnr_db:.2f}",
                 f"{row.levels.ssim:.4f}",
+                f"{row.levels.flip:.4f}",
                 f"{row.light_share:.2f}",
                 "-" if row.haze is None else f"{row.haze:.4f}",
                 f"{row.field.psnr_db:.2f}",

@@ -72,7 +72,7 @@ auto figures_of(const raywave::PictureComparison& c) {
   std::optional<std::tuple<double, double, double, double>> colours;
   if (c.colours)
     colours = {c.colours->mean, c.colours->median, c.colours->most_of_95, c.colours->most};
-  return std::tuple(c.psnr_db, c.ssim, c.scale, c.contrast_a, c.contrast_b, colours);
+  return std::tuple(c.psnr_db, c.ssim, c.flip, c.scale, c.contrast_a, c.contrast_b, colours);
 }
 
 }  // namespace

@@ -322,6 +322,32 @@ def test_comparisons_have_the_values_of_their_formulas():
         rw.compare(x, y, blur=2)
 
 
+@pytest.mark.parametrize("noise", (0.02, 0.2))
+@pytest.mark.parametrize("channels", (1, 3))
+def test_flip_is_that_of_flip_evaluator(channels, noise):
+    flip_evaluator = pytest.importorskip("flip_evaluator")  # NVIDIA's own
+    rng = np.random.default_rng(7)
+    y, x = np.mgrid[:96, :128]
+    a = np.stack([(1 + np.sin(x / (5 + c)) * np.cos(y / 9)) / 3 for c in range(3)], -1)
+    a[10:30, 20:50] = 0.9, 0.1, 0.2
+    b = np.clip(a + rng.normal(0, noise, a.shape), 0, 1)
+    b[40:50, 60:64] = 1
+    if channels == 1:
+        a, b = a[..., :1].repeat(3, -1), b[..., :1].repeat(3, -1)
+    luminance = [picture @ (0.2126, 0.7152, 0.0722) for picture in (a, b)]
+    scale = np.vdot(*luminance) / np.vdot(luminance[1], luminance[1])
+
+    def on_screen(linear):
+        v = np.clip(linear / luminance[0].max(), 0, 1)
+        return np.where(v <= 0.0031308, 12.92 * v, 1.055 * v ** (1 / 2.4) - 0.055).astype("f4")
+
+    expected = flip_evaluator.evaluate(on_screen(a), on_screen(scale * b), "LDR")[1]
+    given = (a, b) if channels == 3 else (a[..., 0], b[..., 0])
+    c = rw.compare(*(np.ascontiguousarray(picture, "f4") for picture in given))
+    assert abs(c.flip - expected) < 1e-4
+    assert expected > 0.03
+
+
 def test_refinement_of_a_field_shows_its_target(scene):
     scene.set({"hologram.resolution": [96, 64]})
     holo = rw.render(scene)

@@ -199,7 +199,7 @@ TEST_CASE("quality in colour has the figures of compare, of lens and reconstruct
   CHECK(row.at("view") == "whole");
   CHECK(row.at("scale").get<double>() ==
         Catch::Approx(intensities.at("scale").get<double>()).epsilon(1e-4));
-  for (const auto* figure : {"psnr_db", "ssim"})
+  for (const auto* figure : {"psnr_db", "ssim", "flip"})
     CHECK(row.at(figure).get<double>() ==
           Catch::Approx(compared.at(figure).get<double>()).epsilon(1e-4));
   for (const auto* figure : {"mean", "median", "percentile_95", "largest"})

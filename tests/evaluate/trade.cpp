@@ -54,7 +54,7 @@ TradeRow row(double time_s, double psnr_db) {
   TradeRow row;
   row.renders = 1;
   row.time_s = time_s;
-  row.pictures = {{"whole", 0.1, psnr_db, 1, 0, 0}};
+  row.pictures = {{"whole", 0.1, psnr_db, 1, 0, 0, 0}};
   return row;
 }
 
@@ -92,13 +92,14 @@ TEST_CASE("the fastest row as accurate as a row is as accurate and faster, or th
 
 TEST_CASE("a PSNR is the mean over the whole views, and the sides' that over the sides") {
   TradeRow r;
-  r.pictures = {{"whole", 0.1, 30, 0.5, 0, 0},
-                {"whole", 0.2, 40, 0.7, 0, 0},
-                {"left", 0.1, 20, 0, 0, 0},
-                {"top", 0.1, 22, 0, 0, 0}};
+  r.pictures = {{"whole", 0.1, 30, 0.5, 0.2, 0, 0},
+                {"whole", 0.2, 40, 0.7, 0.1, 0, 0},
+                {"left", 0.1, 20, 0, 0, 0, 0},
+                {"top", 0.1, 22, 0, 0, 0, 0}};
   CHECK(r.psnr_db() == 35);
   CHECK(r.psnr_db(true) == 21);
   CHECK(r.ssim() == Catch::Approx(0.6));
+  CHECK(r.flip() == Catch::Approx(0.15));
 }
 
 /// Number of knobs that differ.

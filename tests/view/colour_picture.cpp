@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/common/error.hpp"
+#include "host/view/flip.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 
@@ -82,4 +83,23 @@ TEST_CASE("a factor of the brightness is no difference of colours, another hue i
 
   // The border is left out
   CHECK(compare_colours(a, c, PictureOptions{.border_px = 3}).most < 1e-3);
+}
+
+TEST_CASE("FLIP is 1 between green and blue, the farthest colours, and 0.95 at 0.4 of that") {
+  const auto green = filled(9, 7, {0, 1, 0}), blue = filled(9, 7, {0, 0, 1});
+  CHECK(flip_of(green.channels, blue.channels, 1) == Catch::Approx(1).epsilon(1e-5));
+  CHECK(flip_of(green.channels, green.channels, 1) == 0);
+  // Greys differ in L* alone. L*, a*, b* of green: 87.735, -86.183, 83.180, of blue: 32.297,
+  // 79.188, -107.860; a* and b* count L* / 100 times
+  const double farthest =
+      87.735 - 32.297 +
+      std::hypot(0.87735 * 86.183 + 0.32297 * 79.188, 0.87735 * 83.180 + 0.32297 * 107.860);
+  for (const double grey : {0.1, 0.18, 0.5}) {
+    const double lightness = 100 - (116 * std::cbrt(grey) - 16);
+    const auto a = filled(9, 7, glm::dvec3(1)), b = filled(9, 7, glm::dvec3(grey));
+    const double share = std::pow(lightness / farthest, 0.7);
+    CHECK(flip_of(a.channels, b.channels, 1) ==
+          Catch::Approx(share < 0.4 ? 0.95 * share / 0.4 : 0.95 + 0.05 * (share - 0.4) / 0.6)
+              .epsilon(1e-4));
+  }
 }

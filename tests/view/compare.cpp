@@ -159,7 +159,7 @@ TEST_CASE("PSNR of a picture that is off by d is 20 log10(peak / d), whatever th
   }
 }
 
-TEST_CASE("equal pictures have an infinite PSNR and SSIM 1, and so have scaled ones") {
+TEST_CASE("equal pictures have an infinite PSNR, SSIM 1 and FLIP 0, and so have scaled ones") {
   for (const auto& a : {random_image(31, 20, 1), random_image(5, 3, 2), random_image(1, 1, 3)}) {
     auto b = a;
     for (float& v : b.pixels) v *= 0.25f;  // exact
@@ -167,6 +167,7 @@ TEST_CASE("equal pictures have an infinite PSNR and SSIM 1, and so have scaled o
       const auto c = compare_pictures(a, other, {1.3, 0, {}});
       CHECK(c.psnr_db > 250);
       CHECK(c.ssim == Approx(1).margin(1e-12));
+      CHECK(c.flip == 0);
     }
     CHECK(std::isinf(compare_pictures(a, a).psnr_db));
   }
@@ -234,6 +235,7 @@ TEST_CASE("the border counts in no figure but a region's") {
   const auto got = compare_pictures(framed(clean_a, 50), framed(clean_b, 0), {0, border, {}});
   CHECK(got.psnr_db == expected.psnr_db);
   CHECK(got.ssim == expected.ssim);
+  CHECK(got.flip == Approx(expected.flip).epsilon(1e-5));
   CHECK(got.contrast_a == expected.contrast_a);
   CHECK(got.difference.width == 20);
   CHECK(got.difference.pixels == expected.difference.pixels);

@@ -73,6 +73,7 @@ Json json_of(const TradeRow& row) {
       {{"time_s", row.time_s},
        {"psnr_db", row.psnr_db()},
        {"ssim", row.ssim()},
+       {"flip", row.flip()},
        {"speckle_contrast", {{"lens", row.contrast_lens()}, {"hologram", row.contrast_hologram()}}},
        {"samples", row.samples},
        {"device_bytes", row.device_bytes}});
@@ -84,6 +85,7 @@ Json json_of(const TradeRow& row) {
          {"z_m", p.z_m},
          {"psnr_db", p.psnr_db},
          {"ssim", p.ssim},
+         {"flip", p.flip},
          {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}},
          {"field", {{"psnr_db", p.field_psnr_db}}}});
   }
@@ -107,7 +109,7 @@ TradeRow row_of(const Json& json) {
     row.stages[stage] = {time.at("wall_s"), time.at("processor_s")};
   for (const auto& p : json.at("pictures")) {
     const auto& contrast = p.at("speckle_contrast");
-    row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"),
+    row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"), p.at("flip"),
                             contrast.at("lens"), contrast.at("hologram"),
                             p.at("field").at("psnr_db")});
   }
@@ -188,7 +190,7 @@ std::string trade_csv(const Trade& trade) {
   csv += ",renders,time_s";
   for (const char* stage : stages) csv += format(",%s_wall_s,%s_processor_s", stage, stage);
   csv +=
-      ",psnr_db,ssim,sides_psnr_db,speckle_lens,speckle_hologram,points_correlation,points_"
+      ",psnr_db,ssim,flip,sides_psnr_db,speckle_lens,speckle_hologram,points_correlation,points_"
       "relative_error,samples,device_bytes,note\n";
   const auto frontier = trade_frontier(trade.rows);
   const auto add = [&](double value) { csv += "," + Json(value).dump(); };
@@ -213,6 +215,7 @@ std::string trade_csv(const Trade& trade) {
     }
     add_if(measured, row.psnr_db());
     add_if(measured, row.ssim());
+    add_if(measured, row.flip());
     add_if(measured && row.psnr_db(true) != 0, row.psnr_db(true));
     add_if(measured, row.contrast_lens());
     add_if(measured, row.contrast_hologram());

@@ -76,6 +76,7 @@ double mean(const std::vector<TradePicture>& pictures, bool sides, double TradeP
 
 double TradeRow::psnr_db(bool sides) const { return mean(pictures, sides, &TradePicture::psnr_db); }
 double TradeRow::ssim() const { return mean(pictures, false, &TradePicture::ssim); }
+double TradeRow::flip() const { return mean(pictures, false, &TradePicture::flip); }
 double TradeRow::contrast_hologram() const {
   return mean(pictures, false, &TradePicture::contrast_hologram);
 }
@@ -208,7 +209,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (const auto& look : looks[i].rows) {
         const auto& f = look.figures.luminance;
-        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.contrast_a,
+        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.flip, f.contrast_a,
                                     f.contrast_b, look.field_figures.luminance.psnr_db});
       }
     }

@@ -45,7 +45,7 @@ struct TradeTime {
 /// One depth and view, as in QualityRow.
 struct TradePicture {
   std::string view;
-  double z_m = 0, psnr_db = 0, ssim = 0;
+  double z_m = 0, psnr_db = 0, ssim = 0, flip = 0;
   double contrast_lens = 0, contrast_hologram = 0;  // of speckle
   double field_psnr_db = 0;                         // of the complex field; psnr_db: of the levels
 };
@@ -71,6 +71,7 @@ struct TradeRow {
   /// parts; 0 where there are none.
   double psnr_db(bool sides = false) const;
   double ssim() const;
+  double flip() const;
   double contrast_hologram() const;
   double contrast_lens() const;
 };

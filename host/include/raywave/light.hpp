@@ -123,6 +123,7 @@ struct CompareOptions {
 struct PictureComparison {
   double psnr_db = 0;  // infinite when b is a times a number
   double ssim = 0;
+  double flip = 0;                        // mean FLIP, of the colours where there are some
   double scale = 0;                       // least-squares scale of b to a
   double contrast_a = 0, contrast_b = 0;  // speckle contrast
 
