@@ -77,7 +77,7 @@ void run_lens(const LensArguments& options) {
   const cl::Device device(options.device.info());
   const auto world = build_world(scenes[0]);
   const auto plans = plans_of(scenes, world);
-  DeviceScene arrays(device, world, plans[0]);
+  DeviceScene arrays(device, world, plans[0], false);
   auto pictures = nlohmann::ordered_json::array();
   Forecast forecast;
   const auto all = static_cast<double>(plans.size());
@@ -114,7 +114,7 @@ glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
 
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
-  constexpr double longest_px = 480;
+  constexpr double longest_px = 320;
   // A device takes as long to start as the scene's files take to read
   auto starting = std::async(std::launch::async, [&] { return cl::Device(options.device.info()); });
   const auto scenes = options.scene.load_all(options.report);
@@ -126,10 +126,9 @@ void run_preview(const LensArguments& options) {
   const auto plans = plans_of(scenes, world);
   LensSpec what;
   what.view = options.view.view();
-  // Two by two rays to a pixel, from nearly one place: edges are smooth, and nothing is blurred
+  // One ray to a pixel, from nearly one place: nothing is blurred
   what.aperture = glm::dvec2(1e-3);
-  what.points = 2;
-  what.area = true;
+  what.points = 1;
   what.z_m = depths_m.empty() ? (plans[0].extent.near_m + plans[0].extent.far_m) / 2 : depths_m[0];
   what.window_m = options.depths.window_m();
   if (!what.window_m) what.window_m = whole_window_m(world, plans[0], what.z_m);
@@ -137,7 +136,7 @@ void run_preview(const LensArguments& options) {
   what.pixel_m = plans[0].hologram.pitch_m *
                  std::max(1.0, std::ceil(std::max(pixels.x, pixels.y) / longest_px));
   const auto device = starting.get();
-  DeviceScene arrays(device, world, plans[0]);
+  DeviceScene arrays(device, world, plans[0], false);
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   options.report.write(save(options, scenes, images, "preview", what.z_m));
 }
@@ -160,7 +159,7 @@ void add_lens(CLI::App& app) {
 
 void add_preview(CLI::App& app) {
   auto* command = add_command(app, section::look, "preview",
-                              "Show in seconds what a viewer will see, all depths in focus",
+                              "Show at once what a viewer will see, all depths in focus",
                               "build/raywave preview data/still_life.toml");
   auto options = std::make_shared<LensArguments>();
   options->view.folder = ".";

@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cstddef>
+#include <exception>
 #include <functional>
 #include <mutex>
 #include <thread>
@@ -31,14 +32,23 @@ public:
   void run(std::size_t threads, const std::function<void(std::size_t)>& work);
 
   /// Calls work(thread, i) for i = 0, ..., count - 1. Each thread takes `grain` numbers at a time.
+  /// What the work of a number throws, is thrown at the end; of several, that of one.
   template <class F>
   void for_each(std::size_t threads, std::size_t count, std::size_t grain, const F& work) {
     std::atomic<std::size_t> next = 0;
+    std::mutex one_failure;
+    std::exception_ptr failure;
     run(threads, [&](std::size_t thread) {
-      for (std::size_t first; (first = next.fetch_add(grain)) < count;) {
-        for (std::size_t i = first; i < std::min(first + grain, count); ++i) work(thread, i);
+      try {
+        for (std::size_t first; (first = next.fetch_add(grain)) < count;) {
+          for (std::size_t i = first; i < std::min(first + grain, count); ++i) work(thread, i);
+        }
+      } catch (...) {
+        const std::lock_guard lock(one_failure);
+        failure = std::current_exception();
       }
     });
+    if (failure) std::rethrow_exception(failure);
   }
 
   /// Number of vertices or triangles that a thread takes at a time.

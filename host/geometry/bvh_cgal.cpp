@@ -12,6 +12,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <future>
 #include <limits>
 #include <string>
 #include <type_traits>
@@ -125,14 +126,27 @@ private:
   /// Largest number of triangles of a part that is divided anew, and largest depth of the subtree
   /// that replaces it: twice the depth of halving.
   static constexpr std::size_t divided_anew = 512;
+  /// Number of triangles from which on a half is worth a thread, and the depth to which it is.
+  static constexpr std::size_t side_by_side = 1 << 14;
+  static constexpr int deepest_side_by_side = 4;
   static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
 
   Child flatten(const Part& part, int depth) {
-    if (part.count > divided_anew)
+    if (part.count > divided_anew) {
+      // Large halves are flattened side by side: as if one came after the other
+      Flattener right(triangles_, margin_m_, static_cast<int>(leaf_size_));
+      std::future<Child> from_right;
+      if (part.count > side_by_side && depth <= deepest_side_by_side)
+        from_right =
+            std::async(std::launch::async, [&] { return right.flatten(part.right(), depth + 1); });
       return inner(
           depth, [&] { return flatten(part.left(), depth + 1); },
-          [&] { return flatten(part.right(), depth + 1); });
+          [&] {
+            return from_right.valid() ? append(right.bvh_, from_right.get())
+                                      : flatten(part.right(), depth + 1);
+          });
+    }
     items_.clear();
     collect(part);
     return divide(0, items_.size(), depth, largest_depth);
@@ -147,6 +161,25 @@ private:
     Child whole{left.box, static_cast<int>(place), 0};
     whole.box.add(right.box);
     return whole;
+  }
+
+  /// Adds the nodes and triangles of another tree's part, whose top is `top`.
+  Child append(const Bvh& part, Child top) {
+    const auto first_node = static_cast<int>(bvh_.nodes.size()),
+               first_triangle = static_cast<int>(bvh_.triangles.size());
+    const auto shift = [&](int& child, int count) {
+      child += count > 0 ? first_triangle : first_node;
+    };
+    shift(top.child, top.count);
+    for (auto node : part.nodes) {
+      shift(node.left_child, node.left_count);
+      shift(node.right_child, node.right_count);
+      bvh_.nodes.push_back(node);
+    }
+    bvh_.triangles.insert(bvh_.triangles.end(), part.triangles.begin(), part.triangles.end());
+    bvh_.order.insert(bvh_.order.end(), part.order.begin(), part.order.end());
+    bvh_.depth = std::max(bvh_.depth, part.depth);
+    return top;
   }
 
   void collect(const Part& part) {

@@ -5,6 +5,8 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 
+#include "host/common/threads.hpp"
+
 namespace raywave {
 namespace {
 
@@ -61,12 +63,14 @@ RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::v
       objects_[object].normals.push_back(normals.empty() ? glm::vec3(0)
                                                          : normals[triangles[i][corner]]);
   }
-  for (std::size_t object = 0; object < objects; ++object) {
-    auto& tree = objects_[object];
-    if (tree.triangles.empty()) continue;
-    tree.origin_m = positions[corners[object][0].x];
-    tree.bvh = build_bvh(positions, corners[object], tree.origin_m);
-  }
+  auto& threads = cl::Threads::shared();
+  threads.for_each(std::min(threads.count(), objects), objects, 1,
+                   [&](std::size_t, std::size_t object) {
+                     auto& tree = objects_[object];
+                     if (tree.triangles.empty()) return;
+                     tree.origin_m = positions[corners[object][0].x];
+                     tree.bvh = build_bvh(positions, corners[object], tree.origin_m);
+                   });
 }
 
 void RayTree::refit(std::size_t object, std::span<const glm::dvec3> positions_m,

@@ -4,6 +4,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <future>
 #include <map>
 #include <stdexcept>
 #include <string>
@@ -59,8 +60,9 @@ const Image* texture_of(const std::vector<Material>& materials, const Textures& 
 }
 
 SceneFiles load_files(const Scene& scene) {
+  auto textures = std::async(std::launch::async, [&] { return load_textures(scene); });
   auto meshes = load_meshes(scene);
-  return {std::move(meshes), load_textures(scene)};
+  return {std::move(meshes), textures.get()};
 }
 
 }  // namespace raywave

@@ -5,9 +5,11 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <exception>
 #include <glm/geometric.hpp>
 #include <map>
 #include <memory>
+#include <optional>
 #include <set>
 #include <stdexcept>
 #include <string_view>
@@ -16,6 +18,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/common/threads.hpp"
 #include "host/scene/gltf_deform.hpp"
 #include "host/scene/reader_process.hpp"
 #include "host/scene/reader_reply.hpp"
@@ -278,31 +281,84 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
 
 bool is_closed(const Mesh& mesh) {
   const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
-  std::vector<std::pair<std::uint32_t, std::uint32_t>> edges, reversed;
+  const auto edge = [](std::uint64_t from, std::uint64_t to) { return from << 32 | to; };
+  std::vector<std::uint64_t> edges, reversed;
   edges.reserve(3 * mesh.triangles.size());
+  reversed.reserve(edges.capacity());
   for (const glm::uvec3& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i) edges.emplace_back(weld[triangle[i]], weld[triangle[(i + 1) % 3]]);
-  for (const auto& [from, to] : edges) reversed.emplace_back(to, from);
+    for (int i = 0; i < 3; ++i) {
+      const auto from = weld[triangle[i]], to = weld[triangle[(i + 1) % 3]];
+      edges.push_back(edge(from, to));
+      reversed.push_back(edge(to, from));
+    }
   std::sort(edges.begin(), edges.end());
   std::sort(reversed.begin(), reversed.end());
   return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
 }
+
+namespace {
+
+using MeshKey = std::tuple<std::filesystem::path, Normals, std::vector<std::int32_t>,
+                           std::vector<std::filesystem::path>>;
+
+MeshKey key_of(const Object& object) {
+  std::error_code error;
+  return {std::filesystem::weakly_canonical(object.mesh, error), object.normals, object.nodes,
+          object.shapes};
+}
+
+/// A file that is a mesh as a whole.
+struct WholeFile {
+  const Object* first;  // that names it
+  Mesh mesh{};
+  bool closed = false;
+  std::exception_ptr failure{};
+};
+
+/// Reads and finishes, side by side, the files of objects that are no part of a file, do not deform
+/// and are not in memory. Failures wait for the object's turn.
+std::map<MeshKey, WholeFile> load_whole_files(
+    const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory) {
+  std::map<MeshKey, WholeFile> files;
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const bool is_given = i < in_memory.size() && in_memory[i];
+    if (!is_given && !object.mesh.empty() && object.nodes.empty() && object.shapes.empty())
+      files.try_emplace(key_of(object), WholeFile{&object});
+  }
+  std::vector<WholeFile*> all;
+  for (auto& [key, file] : files) all.push_back(&file);
+  auto& threads = cl::Threads::shared();
+  threads.for_each(std::min(threads.count(), all.size()), all.size(), 1,
+                   [&](std::size_t, std::size_t i) {
+                     auto& file = *all[i];
+                     try {
+                       const auto& object = *file.first;
+                       file.mesh = load_mesh(object.mesh, object.normals, object.where);
+                       file.closed = is_closed(file.mesh);
+                     } catch (...) {
+                       file.failure = std::current_exception();
+                     }
+                   });
+  return files;
+}
+
+}  // namespace
 
 Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mesh>> in_memory) {
   if (scene.objects.empty())
     throw InputError(one_line(scene.file.string()) +
                      ": there is no object: add [[object]] with mesh = \"FILE\"");
   Meshes loaded;
-  std::map<std::tuple<std::filesystem::path, Normals, std::vector<std::int32_t>,
-                      std::vector<std::filesystem::path>>,
-           std::size_t>
-      known_files;
+  auto whole_files = load_whole_files(scene, in_memory);
+  std::map<MeshKey, std::size_t> known_files;
   std::map<std::filesystem::path, Mesh> known_raw;  // of which objects are parts
   std::map<std::pair<const Mesh*, Normals>, std::size_t> known_in_memory;
-  const auto add = [&](Mesh mesh, std::vector<MeshShape> shapes = {}) {
+  const auto add = [&](Mesh mesh, std::vector<MeshShape> shapes = {},
+                       std::optional<bool> closed = {}) {
     loaded.meshes.push_back(std::move(mesh));
     loaded.shapes.push_back(std::move(shapes));
-    loaded.closed.push_back(is_closed(loaded.meshes.back()));
+    loaded.closed.push_back(closed ? *closed : is_closed(loaded.meshes.back()));
     loaded.maps.emplace_back();
     loaded.deforming.emplace_back();
   };
@@ -324,18 +380,17 @@ Meshes load_meshes(const Scene& scene, std::span<const std::shared_ptr<const Mes
       continue;
     }
     if (object.mesh.empty()) throw InputError(object.where + ": mesh is missing");
-    std::error_code error;
-    const auto [found, is_new] =
-        known_files.try_emplace({std::filesystem::weakly_canonical(object.mesh, error),
-                                 object.normals, object.nodes, object.shapes},
-                                next);
+    const auto key = key_of(object);
+    const auto [found, is_new] = known_files.try_emplace(key, next);
     if (is_new && !object.shapes.empty()) {
       if (!object.nodes.empty())
         throw InputError(object.where + ": it moves as its glTF file says, and has no meshes");
       auto [mesh, shapes] = load_shapes(object);
       add(std::move(mesh), std::move(shapes));
     } else if (is_new && object.nodes.empty()) {
-      add(load_mesh(object.mesh, object.normals, object.where));
+      auto& file = whole_files.at(key);
+      if (file.failure) std::rethrow_exception(file.failure);
+      add(std::move(file.mesh), {}, file.closed);
     } else if (is_new) {
       auto& raw = known_raw[object.mesh];
       if (raw.triangles.empty()) raw = read_raw(object.mesh, object.where, {"nodes"});

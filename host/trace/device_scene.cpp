@@ -279,8 +279,9 @@ cl::Options kernel_options(const Plan& plan) {
           {option::bounces, std::to_string(plan.specular.bounces)}};
 }
 
-DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan)
-    : device_(device), instances_(device, world, plan.extent.origin_m, tree) {
+DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan,
+                         bool for_samples)
+    : device_(device), instances_(device, world, plan.extent.origin_m, tree, for_samples) {
   auto made = materials_of(plan, world);
   material_unit_ = made.unit;
   materials_ = std::move(made.materials);

@@ -28,7 +28,9 @@ cl::Options kernel_options(const Plan& plan);
 /// Vertices and trees stay in the scene frame of the first plan (host/trace/instances.hpp).
 class DeviceScene {
 public:
-  DeviceScene(const cl::Device& device, const World& world, const Plan& plan);
+  /// for_samples  false: for lens pictures alone, which need less
+  DeviceScene(const cl::Device& device, const World& world, const Plan& plan,
+              bool for_samples = true);
 
   /// Updates the places of the objects (World::motions) and the lights (as many as before); meshes
   /// and materials stay. `options` may change when an object leaves the shared instance.

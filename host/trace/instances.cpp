@@ -199,8 +199,12 @@ device::Instance instance_at_rest(std::int32_t root) {
 }
 
 Instances::Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m,
-                     DeviceTree& tree)
-    : device_(device), anchor_m_(anchor_m), sides_(sides_of(world)), apart_(sides_.size(), false) {
+                     DeviceTree& tree, bool for_samples)
+    : device_(device),
+      anchor_m_(anchor_m),
+      sides_(sides_of(world)),
+      apart_(sides_.size(), false),
+      for_samples_(for_samples) {
   tree.positions = {device, std::span<const float>(in_frame(world.positions, anchor_m)),
                     "vertices"};
   for (const auto& placed : world.placed) versions_.push_back(placed.version);
@@ -296,7 +300,7 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
     triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
         .push_back(static_cast<std::uint32_t>(i));
 
-  wants_neighbours_ = breaks_pay(plan.lattice, world.triangles.size());
+  wants_neighbours_ = for_samples_ && breaks_pay(plan.lattice, world.triangles.size());
   trees_.clear();
   for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance)
     trees_.push_back(built(world, plan, instance, triangles_of_instances[instance]));

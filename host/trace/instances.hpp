@@ -33,7 +33,8 @@ public:
   /// Uploads the vertices only.
   ///
   /// anchor_m  origin of the frames of all instances, world
-  Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree);
+  Instances(const cl::Device& device, const World& world, glm::dvec3 anchor_m, DeviceTree& tree,
+            bool for_samples);
 
   /// Moves the instances as World::motions says. Trees are built on the first call and rebuilt when
   /// an object leaves the shared instance. Of an object whose vertices have changed
@@ -69,6 +70,7 @@ private:
   // Node number of each instance's root
   std::vector<std::int32_t> roots_;
   std::vector<device::BvhNode> root_nodes_;  // copies of the nodes at roots_
+  bool for_samples_;                         // which ask for neighbours
   bool wants_neighbours_ = false;            // since trees were built
   int depth_ = 0;
 };
