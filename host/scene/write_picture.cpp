@@ -6,9 +6,10 @@
 #include <algorithm>
 #include <bit>
 #include <cstdlib>
+#include <new>
 #include <stdexcept>
 #include <string>
-#include <type_traits>
+#include <utility>
 #include <vector>
 
 #include "host/common/error.hpp"
