@@ -51,13 +51,9 @@ double detail_for_eye_m(const Scene& scene, const Plan& plan) {
 }
 
 double wanted_resolution_m(const Scene& scene, const Plan& plan) {
-  double limit = 0;
-  for (int axis = 0; axis < 2; ++axis)
-    limit = std::max(limit, is_near_hologram(plan)
-                                ? plan.hologram.pitch_m[axis]
-                                : plan.hologram.wavelength_m * plan.lattice.full_z_m /
-                                      (plan.hologram.size[axis] * plan.hologram.pitch_m[axis]));
-  return std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
+  const auto limit = limit_m(plan, middle_m(plan));
+  return std::max(
+      {limit.x, limit.y, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan))});
 }
 
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
@@ -82,10 +78,6 @@ const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& 
 }
 
 std::vector<Choice> Candidates::choices(double most_cone_error) {
-  if (is_near_hologram(plan_))
-    throw InputError(one_line(scene_.file.string()) +
-                     ": pictures of surfaces in the hologram's plane, or near it, cannot be "
-                     "predicted; give sampling.pitch and sampling.frames instead of a goal");
   if (!plan_.samples.aimed)
     throw InputError(one_line(scene_.file.string()) +
                      ": pictures of sampling.mode \"fan\" cannot be predicted; give "
@@ -110,13 +102,11 @@ std::vector<Choice> Candidates::choices(double most_cone_error) {
 /// that counts and the hologram's limit.
 std::vector<double> Candidates::pitches() const {
   if (scene_.given.contains("sampling.pitch")) return {scene_.sampling.pitch_m};
-  const double finest = std::max(plan_.hologram.wavelength_m * plan_.lattice.full_z_m /
-                                     (plan_.hologram.size.x * plan_.hologram.pitch_m.x),
-                                 plan_.hologram.wavelength_m * plan_.lattice.full_z_m /
-                                     (plan_.hologram.size.y * plan_.hologram.pitch_m.y));
+  const auto limit = limit_m(plan_, middle_m(plan_));
   std::vector<double> pitches_m;
   for (const double share : pitches_of_resolution) {
-    if (const double p = round_pitch(share * resolution_m_); pitches_m.empty() || p >= finest)
+    if (const double p = round_pitch(share * resolution_m_);
+        pitches_m.empty() || p >= std::max(limit.x, limit.y))
       pitches_m.push_back(p);
   }
   return pitches_m;
@@ -152,7 +142,7 @@ void Candidates::add_choices(double pitch_m, const std::vector<int>& counts,
 }
 
 void Candidates::add(Layout layout) {
-  if (plan_.samples.aimed && !is_near_hologram(plan_)) {
+  if (plan_.samples.aimed) {
     auto seen = layout.gathering.plan;
     seen.grid = plan_.grid;  // pictures of one size are compared
     layout.model = picture_model(view_, seen, resolution_m_);
@@ -164,7 +154,7 @@ void Candidates::add(Layout layout) {
 /// frames or the most, and there are surfaces in them.
 void Candidates::add_layers(double finest_pitch_m, const std::vector<int>& counts) {
   if (scene_.given.contains("wrp.layers") || scene_.given.contains("wrp.distance") ||
-      !plan_.samples.aimed)
+      !plan_.samples.aimed || is_near_hologram(plan_))
     return;
   for (int layers = layouts_.back().layers + 1; layers <= most_layers_tried; ++layers) {
     auto scene = scene_;

@@ -11,6 +11,7 @@
 
 #include "host/forecast/slm_light.hpp"
 #include "host/plan/key_places.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/planning/light_shown.hpp"
 
 namespace raywave {
@@ -55,6 +56,11 @@ EncodingNoise noise_of(Encoding encoding, double filled) {
 
 using Raster = std::vector<float>;
 
+/// Side of the view's cells at a depth.
+double cell_m(const FrontView& view, double z_m) {
+  return view.step * std::abs(z_m - view.eye_z_m);
+}
+
 /// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
 /// lies outside is dark.
 void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
@@ -94,7 +100,7 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
 Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan, double z_m,
                  std::vector<PictureLayer>* layers = nullptr) {
   constexpr int count = 12;
-  const auto window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
+  const double wavelength_m = plan.hologram.wavelength_m;
   const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
   Raster sum(radiance.size(), 0);
   std::vector<Raster> seen;
@@ -114,12 +120,12 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
         plan.extent.near_m + (layer + 0.5) / count * (plan.extent.far_m - plan.extent.near_m);
     if (std::abs(depth) < plan.extent.closest_m)
       depth = std::copysign(plan.extent.closest_m, depth);
-    const auto half =
-        window * (std::abs(depth - z_m) / std::abs(depth) / std::abs(z_m) / 2 / view.step);
-    blur_box(one, view.size, half);
+    const double away_m = std::abs(depth - z_m);
+    const auto open = wavelength_m / limit_m(plan, z_m);  // tangents
+    blur_box(one, view.size, open * (away_m / 2 / cell_m(view, depth)));
     for (std::size_t i = 0; i < one.size(); ++i) sum[i] += one[i];
     if (!layers) continue;
-    layers->push_back({1 / z_m - 1 / depth});
+    layers->push_back({open * away_m / limit_m(plan, depth)});
     seen.push_back(std::move(one));
   }
   if (!layers) return sum;
@@ -181,14 +187,19 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
                   const PictureWindow& window, double z_m, double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
-  const double away_m = std::abs(z_m);
+  row.spot_m = limit_m(plan, z_m);
+  // Light that an encoding throws aside has not left the picture there
+  const auto aside = glm::abs(z_m) * plan.hologram.largest_sine / plan.window_m();
+  if (is_near_hologram(plan)) row.unshown = std::max(0.0, 1 - aside.x) * std::max(0.0, 1 - aside.y);
+  row.pitch = std::abs(z_m - view.eye_z_m) / plan.lattice.full_z_m;
+  const double side_m = cell_m(view, z_m);
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
   auto lens = sharp;
-  blur_gaussian(lens, view.size, blur_m / away_m / view.step);
+  blur_gaussian(lens, view.size, blur_m / side_m);
   auto shown = lens;
   if (radiance_shown != view.radiance) {
     shown = lens_view(view, radiance_shown, plan, z_m);
-    blur_gaussian(shown, view.size, blur_m / away_m / view.step);
+    blur_gaussian(shown, view.size, blur_m / side_m);
   }
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
@@ -212,13 +223,12 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     }
   }
   if (peak == 0) return row;
-  const double cells = size_m.x * size_m.y / (away_m * view.step * away_m * view.step),
-               unit = 1 / (cells * peak * peak);
+  const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
   row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
-  row.edges_m = edges * away_m * view.step / (size_m.x * size_m.y * peak * peak);
+  row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
   return row;
 }
 
@@ -347,8 +357,6 @@ private:
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m) {
   PictureModel model;
   model.resolution_m = resolution_m;
-  model.wavelength_m = plan.hologram.wavelength_m;
-  model.window_m = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
   model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
@@ -359,7 +367,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
     model.refined_rounds = refine->iterations.value_or(needed) / needed;
   }
   model.band_filled = plan.hologram.band_filled;
-  model.spot_m = plan.hologram.wavelength_m * plan.lattice.full_z_m / model.window_m;
+  model.spot_m = limit_m(plan, middle_m(plan));
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -382,25 +390,22 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
 
 LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
   LatticePattern pattern{pitch_m, {}, {}, {}};
-  const auto pitch = pitch_m / model.spot_m;
   for (const auto& row : model.rows) {
-    const auto blur = blur_of_resolution * model.resolution_m * model.window_m /
-                      (model.wavelength_m * std::abs(row.z_m));
+    const auto pitch = pitch_m * row.pitch / row.spot_m;
+    const auto blur = blur_of_resolution * model.resolution_m / row.spot_m;
     const auto interference = [&](const Cone& cone) {
       return std::array{Interference(cone, pitch.x, blur.x), Interference(cone, pitch.y, blur.y)};
     };
     const auto soft = interference(model.cone), hard = interference(Cone{1, 0});
     double speckle = 0, cut = 0, dots = 0;
     for (const auto& layer : row.layers) {
-      const auto defocus =
-          model.window_m * model.window_m * (layer.defocus_per_m / model.wavelength_m);
       const auto of_pairs = [&](const auto& axes) {
-        const auto x = axes[0].at(defocus.x), y = axes[1].at(defocus.y);
+        const auto x = axes[0].at(layer.defocus.x), y = axes[1].at(layer.defocus.y);
         return std::max(0.0, x.pairs * y.pairs - x.alone * y.alone);
       };
       speckle += layer.share * of_pairs(soft);
       cut += layer.share * of_pairs(hard);
-      dots += layer.share * (soft[0].dots(defocus.x) + soft[1].dots(defocus.y));
+      dots += layer.share * (soft[0].dots(layer.defocus.x) + soft[1].dots(layer.defocus.y));
     }
     pattern.speckle.push_back(speckle);
     pattern.cut.push_back(cut);
@@ -435,9 +440,9 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
     // A haze all over the picture is partly taken for the picture, whose brightness is free.
     const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
-    const double encoding_here =
-        row.light * (noise.haze * (1 - flat) + noise.grain * grain / frames) +
-        noise.uneven * row.missing;
+    const double encoding_here = row.light * (std::max(noise.haze, row.unshown) * (1 - flat) +
+                                              noise.grain * grain / frames) +
+                                 noise.uneven * row.missing;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
     const double refined_factor =

@@ -13,7 +13,7 @@ namespace raywave {
 
 /// The surfaces at one depth, in a picture that is focused elsewhere.
 struct PictureLayer {
-  double defocus_per_m = 0;  // 1 / depth in focus less 1 / its own depth
+  glm::dvec2 defocus{0, 0};  // width of a point's light there, in spots
   // Share of the picture's mean square, products with other layers included
   double share = 0;
 };
@@ -28,18 +28,19 @@ struct PictureRow {
   // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
   // planes
   double missing = 0;
+  double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
   // Length of the edges of front surfaces and textures, times the square of their step, over the
   // picture's area: 1/m
   double edges_m = 0;
+  glm::dvec2 spot_m{0, 0};  // the hologram's limit there
+  double pitch = 1;         // of the samples there, over that at the scene's middle
   std::vector<PictureLayer> layers{};
 };
 
 struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
-  double wavelength_m = 0;
-  glm::dvec2 window_m{0, 0};  // size of the hologram
   Cone cone;
-  glm::dvec2 spot_m{0, 0};  // the hologram's limit, wavelength z / width, at the scene's middle
+  glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;     // share of the SLM's band that the scene needs, mean of the axes
   double stopped = 0;         // share of the light that slm.stop cuts off

@@ -14,6 +14,7 @@
 #include "host/common/text.hpp"
 #include "host/forecast/warnings.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
 
@@ -124,7 +125,9 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& pl
 }
 
 /// What lessens the largest part of the error.
-std::string advice_on(const PicturePrediction& pictures, const Scene& scene) {
+std::string advice_on(const PicturePrediction& pictures, const Planned& planned) {
+  const auto& scene = planned.scene;
+  const auto& plan = planned.plan;
   const bool is_refined = pictures.refined;
   const std::array<std::pair<double, std::string>, 7> parts{{
       {pictures.stop, "what slm.stop cuts off: a wider one, or a scene nearer to the axis"},
@@ -133,8 +136,11 @@ std::string advice_on(const PicturePrediction& pictures, const Scene& scene) {
       {pictures.encoding,
        is_refined ? "what phases leave: more refine.iterations or sampling.frames, or a larger "
                     "viewer.resolution"
-       : shows_amplitude(scene.slm.encoding) ? "the encoding's haze: another slm.encoding"
-                                             : "the encoding's haze: [refine] lessens it"},
+       : is_near_hologram(plan)
+           ? "brightness that phases do not show near their own plane: a scene farther from it"
+       : shows_amplitude(scene.slm.encoding) || plan.extent.near_m <= 0
+           ? "the encoding's haze: another slm.encoding"
+           : "the encoding's haze: [refine] lessens it"},
       {pictures.speckle, "speckle: more sampling.frames, or a larger viewer.resolution"},
       {pictures.edges, "cells and edges: a smaller sampling.pitch, or a larger viewer.resolution"},
       {pictures.dots, "the dots of the samples: a smaller sampling.pitch"},
@@ -150,7 +156,7 @@ void check_psnr(double asked_db, Planned& planned) {
   if (!pictures || pictures->dark || pictures->mean_psnr_db >= asked_db - 0.05) return;
   planned.warnings.push_back("nothing reaches " + decibels_text(asked_db) +
                              ": the most accurate has " + decibels_text(pictures->mean_psnr_db) +
-                             "; " + advice_on(*pictures, planned.scene));
+                             "; " + advice_on(*pictures, planned));
 }
 
 /// Time, pictures and errors of the plan.
@@ -216,7 +222,7 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
     return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
   };
   const std::string gathering =
-      propagation_of(plan) == WrpPropagation::compact
+      !std::holds_alternative<SpectrumWrps>(plan.carrier)
           ? ""
           : ", wrp.padding " + number_text(s.wrp.padding) + " (" + fixed("wrp.padding") +
                 "), sampling.cone " + number_text(s.sampling.cone) + " (" + fixed("sampling.cone") +
@@ -275,8 +281,9 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     }
     auto all = candidates->choices(largest_cone_error(goal));
     const auto without = chosen(all, goal);
-    if ((goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) && !s.refine &&
-        !shows_amplitude(s.slm.encoding)) {
+    const bool knows_refinement = candidates->plan().extent.near_m > 0;
+    if (knows_refinement && (goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) &&
+        !s.refine && !shows_amplitude(s.slm.encoding)) {
       refine();
       Candidates refined(s, world, device);
       auto all_refined = refined.choices(largest_cone_error(goal));

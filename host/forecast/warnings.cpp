@@ -160,11 +160,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
 
   for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
   const double p = scene.sampling.pitch_m;
-  const double limit = is_near_hologram(plan)
-                           ? std::max(plan.hologram.pitch_m.x, plan.hologram.pitch_m.y)
-                           : plan.hologram.wavelength_m * plan.lattice.full_z_m /
-                                 (std::min(plan.hologram.size.x * plan.hologram.pitch_m.x,
-                                           plan.hologram.size.y * plan.hologram.pitch_m.y));
+  const auto limits = limit_m(plan, middle_m(plan));
+  const double limit = std::max(limits.x, limits.y);
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };

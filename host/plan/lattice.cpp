@@ -115,6 +115,11 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
   return lattice;
 }
 
+glm::dvec2 limit_m(const Plan& plan, double z_m) {
+  const auto limit = plan.hologram.wavelength_m * std::abs(z_m) / plan.window_m();
+  return is_near_hologram(plan) ? glm::max(limit, plan.hologram.pitch_m) : limit;
+}
+
 std::uint64_t primary_rays(const Plan& plan) {
   if (!plan.samples.aimed) {
     std::uint64_t rays = 0;

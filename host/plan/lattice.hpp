@@ -49,6 +49,13 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 /// is no steeper than the pixels can show.
 inline bool is_near_hologram(const Plan& plan) { return plan.lattice.eye_m.z != 0; }
 
+/// The smallest detail that the hologram shows at a depth, by axis: wavelength z / width, and near
+/// the hologram no less than a pixel.
+glm::dvec2 limit_m(const Plan& plan, double z_m);
+
+/// The depth that the lattice's pitch is given for.
+inline double middle_m(const Plan& plan) { return plan.lattice.full_z_m + plan.lattice.eye_m.z; }
+
 /// Primary rays of a frame. Those that are aimed at samples are counted as if one surface filled
 /// the lattice, the layers' middle depths in equal parts.
 std::uint64_t primary_rays(const Plan& plan);

@@ -8,6 +8,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/forecast/presets.hpp"
 #include "host/planning/make_plan.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
@@ -46,6 +47,31 @@ QualityResult assessed(const cl::Device& device, const Scene& scene, const Rende
                        const QualitySpec& what) {
   LensPictures lens;
   return assess(device, {scene}, build_world(scene), rendered, {}, what, lens);
+}
+
+TEST_CASE("pictures through the hologram's plane have the PSNR that is predicted, within 2 dB") {
+  for (const char* z : {"0", "0.1 mm"}) {
+    const auto scene =
+        load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml",
+                   {"hologram.resolution=[160, 120]", "object.0.width=0.4 mm", "wrp.grid=auto",
+                    "object.0.position=[0, 0, '" + std::string(z) + "']", "sampling.pitch=8 um",
+                    "viewer.resolution=16 um"});
+    const auto predicted =
+        plan_scenes({scene}, build_world(scene), {}, {}, true)[0].prediction.pictures.value();
+    QualitySpec what;
+    what.blur_m = blur_of_resolution * 16 * um;
+    what.lens_points = 12;
+    what.views = false;
+    for (const auto& device : test::all_devices()) {
+      const auto result = assessed(device, scene, what);
+      REQUIRE(result.rows.size() == predicted.psnr_db.size());
+      for (std::size_t i = 0; i < result.rows.size(); ++i) {
+        CAPTURE(z, result.rows[i].z_m);
+        CHECK(result.rows[i].figures.luminance.psnr_db ==
+              Catch::Approx(predicted.psnr_db[i]).margin(2));
+      }
+    }
+  }
 }
 
 TEST_CASE(

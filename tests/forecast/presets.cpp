@@ -108,11 +108,10 @@ TEST_CASE("the error of a cone equals the closed form for its cubic apodization"
 /// One layer out of focus by `defocus` squared spots, samples `pitch` spots apart, a blur of `blur`
 /// spots; alike along both axes.
 LatticePattern pattern_of(const Cone& cone, double pitch, double blur, double defocus) {
-  PictureModel model{.wavelength_m = 1e-6, .window_m = {1e-3, 1e-3}, .cone = cone};
-  model.spot_m = {100e-6, 100e-6};  // 0.1 m away
+  PictureModel model{.cone = cone};
   model.resolution_m = blur * 100e-6 / blur_of_resolution;
-  PictureRow row{.z_m = 0.1};
-  row.layers = {{defocus, 1}};  // wavelength / window^2 is 1 per metre
+  PictureRow row{.spot_m = {100e-6, 100e-6}};
+  row.layers = {{glm::dvec2(defocus), 1}};
   model.rows = {row};
   return lattice_pattern(model, pitch * 100e-6);
 }
@@ -299,6 +298,40 @@ TEST_CASE(
   CHECK(wanted_resolution_m(scene, plan) == Approx(40 * um));
   scene.viewer.resolution_m = 1 * um;
   CHECK(wanted_resolution_m(scene, plan) == Approx(limit));
+}
+
+/// The teapot, `width` wide and `z` from the hologram.
+Scene teapot_at(const std::string& z, const std::string& width, const std::string& resolution,
+                std::vector<std::string> more = {}) {
+  more.insert(more.end(), {"object.0.position=[0, 0, '" + z + "']", "object.0.width=" + width,
+                           "hologram.resolution=" + resolution, "wrp.grid=auto"});
+  return data_scene("teapot.toml", more);
+}
+
+TEST_CASE("a scene that touches or crosses the hologram's plane is planned for every goal") {
+  for (const auto& [z, width, resolution] : {std::tuple{"1 mm", "12.5 mm", "[480, 270]"},
+                                             {"0 mm", "1.5 mm", "[480, 270]"},
+                                             {"0 mm", "6 mm", "[1920, 1080]"},
+                                             {"4.53 mm", "12.5 mm", "[1920, 1080]"},
+                                             {"-60 mm", "12.5 mm", "[1920, 1080]"}}) {
+    const auto scene = teapot_at(z, width, resolution);
+    const auto world = build_world(scene);
+    CAPTURE(z, width, resolution, world.min_m.z, world.max_m.z);
+    REQUIRE(world.min_m.z < 0);
+    const auto draft = plan_scene(scene, world, {}, {Preset::draft, {}, {}}),
+               reference = plan_scene(scene, world, {}, {Preset::reference, {}, {}}),
+               fast = plan_scene(scene, world, {}, {{}, 1.0, {}}),
+               never = plan_scene(scene, world, {}, {{}, {}, 80.0});
+    for (const auto* planned : {&draft, &reference, &fast, &never})
+      CHECK(planned->prediction.pictures.has_value());
+    const auto psnr_db = [](const Planned& p) { return p.prediction.pictures->mean_psnr_db; };
+    CHECK(draft.scene.sampling.pitch_m > never.scene.sampling.pitch_m);
+    CHECK(psnr_db(draft) <= psnr_db(reference));
+    CHECK(psnr_db(reference) <= psnr_db(never));
+    CHECK((fast.prediction.times.total_s() <= 1.02 || warns(fast, "nothing keeps")));
+    CHECK(warns(never, "nothing reaches"));
+    CHECK_FALSE(never.scene.refine);  // which knows z > 0 alone
+  }
 }
 
 TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
