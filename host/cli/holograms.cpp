@@ -18,6 +18,7 @@
 #include "host/evaluate/slm_json.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/read_slm.hpp"
+#include "host/scene/scene_json.hpp"
 #include "host/scene/scene_text.hpp"
 
 namespace raywave::cli {
@@ -203,6 +204,61 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
     for (const auto& name : fields ? std::vector{files.field} : files.pictures)
       one.files.push_back((report.parent_path() / std::filesystem::path(name).filename()).string());
     require_of_report(report, {one.files.begin(), one.files.end()});
+  }
+}
+
+FinishedRender::FinishedRender(const std::filesystem::path& file) {
+  const auto name = one_line(file.string());
+  const auto folder = file.parent_path();
+  const auto lasers = lasers_of_report(file);
+  try {
+    std::ifstream in(file);
+    report = nlohmann::ordered_json::parse(in);
+    const auto report_of = [&](std::size_t laser) -> const nlohmann::ordered_json& {
+      return lasers ? report.at("colour").at("lasers").at(laser).at("report") : report;
+    };
+    const auto& told = report_of(0).at("scene");
+    if (!told.contains("digest"))
+      throw InputError(name + ": is no report of render or refine, which tells its scene");
+    const auto scene_file = told.at("file").get<std::string>();
+    scenes = load_scenes(scene_file, report.value("set", std::vector<std::string>()));
+    if (scenes[0].digest != told.at("digest"))
+      throw InputError(one_line(scene_file) + ": was changed after it was rendered into " + name +
+                       "; render it again");
+    std::vector<std::filesystem::path> files;
+    for (std::size_t i = 0; i < scenes.size(); ++i) {
+      auto& scene = scenes[i];
+      scene = settings_of_json(report_of(i).at("scene"), scene, file);
+      const int frames = scene.sampling.frames;
+      LaserFiles of_laser;
+      if (lasers) of_laser = lasers->files.at(i);
+      for (int frame = 0; !lasers && frame < frames; ++frame)
+        of_laser.pictures.push_back(name_of_frame(static_cast<std::size_t>(frame), "png"));
+      if (!lasers && report.at("files").contains("field.npy")) of_laser.field = "field.npy";
+      const auto beside = [&](const std::string& of) {
+        return files.emplace_back(folder / std::filesystem::path(of).filename());
+      };
+      auto& laser = rendered.lasers.emplace_back();
+      const auto size = scene.hologram.resolution;
+      scene.slm = slm_of_report(file, of_laser.pictures.at(0));
+      for (const auto& picture : of_laser.pictures) {
+        glm::ivec2 size_px;
+        laser.levels.push_back(load_hologram_levels(beside(picture), scene.slm, &size_px));
+        if (size_px != size) throw InputError(name + ": is of pictures of another size");
+      }
+      laser.panel = std::make_shared<const Panel>(scene.slm, size, scene.hologram.pitch_m,
+                                                  scene.hologram.wavelength_m);
+      laser.field = of_laser.field.empty() ? FieldStack{size.x, size.y, frames, {}}
+                                           : load_npy(beside(of_laser.field));
+      report_of(i).at("seconds").get_to(laser.seconds);
+      if (lasers)
+        rendered.energies.push_back(
+            report.at("colour").at("lasers").at(i).at("mean_irradiance").get<double>());
+    }
+    rendered.powers = lasers ? lasers->powers : std::vector<double>{1};
+    require_of_report(file, report, files);
+  } catch (const nlohmann::json::exception& error) {
+    throw InputError(name + ": not a report of raywave: " + json_reason(error));
   }
 }
 

@@ -3,7 +3,7 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -12,6 +12,8 @@
 #include "host/common/npy.hpp"
 #include "host/encode/pictures.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/render.hpp"
+#include "host/scene/scene.hpp"
 #include "host/scene/slm.hpp"
 
 namespace raywave::cli {
@@ -58,6 +60,18 @@ struct LaserHolograms {
   /// fields  of a report, the fields instead of the pictures
   /// throws  InputError when they were not kept, or are of another render
   LaserHolograms(const HologramOptions& options, bool fields);
+};
+
+/// A render that is read again from its report: the scenes as they were planned, and the levels and
+/// fields in the files beside it. Plans are left empty, and so are the samples of fields that were
+/// not kept.
+struct FinishedRender {
+  std::vector<Scene> scenes;
+  Rendered rendered;
+  nlohmann::ordered_json report;
+
+  /// throws  InputError where the scene was changed since, or a file is missing or another's
+  explicit FinishedRender(const std::filesystem::path& file);
 };
 
 /// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned

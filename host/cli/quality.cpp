@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/quality.hpp"
 
-#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -11,6 +10,7 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
@@ -18,8 +18,10 @@
 #include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave::cli {
@@ -61,27 +63,8 @@ void say_times(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t laser
   };
 }
 
-/// "PSNR 29.6 dB in 13.8 x 8.58 mm, mean of whole pictures; 29.5 dB predicted at 0.1 mm"
-std::string mean_text(const QualityResult& result, const std::vector<Planned>& planned) {
-  double sum_db = 0, count = 0;
-  for (const auto& row : result.rows) {
-    if (row.view != whole_view.name) continue;
-    sum_db += row.figures.luminance.psnr_db;
-    ++count;
-  }
-  auto text = format("PSNR %.1f dB in %s, mean of whole pictures", sum_db / count,
-                     result.window.text().c_str());
-  if (!planned.empty() && planned[0].prediction.pictures) {
-    const auto& prediction = planned[0].prediction;
-    text += format("; %.1f dB predicted in %s at %s", prediction.pictures->mean_psnr_db,
-                   prediction.pictures->window.text().c_str(),
-                   length_text(std::round(prediction.resolution_m * 1e7) / 1e7).c_str());
-  }
-  return text;
-}
-
 void print_table(const QualityResult& result, const QualitySpec& spec,
-                 const QualityArguments& options, const std::vector<Planned>& planned) {
+                 const QualityArguments& options, const GoalCheck& check) {
   const auto& lasers = result.render.lasers;
   const bool is_colour = lasers.size() > 1;
   std::printf(
@@ -96,19 +79,22 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
   for (const auto& row : result.rows) {
     const auto &figures = row.figures.luminance, &of_field = row.field_figures.luminance;
     const auto haze = row.haze ? format("%.4f", *row.haze) : "-";
-    std::printf("%-10s  %-6s  %8.2f  %6.4f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8.2f",
+    const auto field_text = [&](double value) { return spec.field ? format("%.2f", value) : "-"; };
+    std::printf("%-10s  %-6s  %8.2f  %6.4f  %6.4f  %5.2f  %6s  %.4f (%.4f)  %8s",
                 length_text(row.z_m).c_str(), row.view.c_str(), figures.psnr_db, figures.ssim,
                 figures.flip, row.light_share, haze.c_str(), figures.contrast_b, figures.contrast_a,
-                of_field.psnr_db);
+                field_text(of_field.psnr_db).c_str());
     if (is_colour)
-      std::printf("  %19.2f  %6.2f  %11.2f", row.figures.mean, row.figures.most_of_95,
-                  row.field_figures.mean);
+      std::printf("  %19.2f  %6.2f  %11s", row.figures.mean, row.figures.most_of_95,
+                  field_text(row.field_figures.mean).c_str());
     std::printf("\n");
   }
-  std::printf("%s\n", mean_text(result, planned).c_str());
+  std::printf("mean of whole pictures: %s\n", check.text().c_str());
+  if (check.goal.any()) std::printf("the goal is %sreached\n", check.is_kept() ? "" : "not ");
   if (is_colour) std::printf("PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n");
-  std::printf("levels by %s; %.2f of the SLM's light is the wanted wave\n",
-              name_of(lasers[0].plan.slm.encoding).c_str(), result.wanted_share);
+  std::printf("levels by %s", name_of(lasers[0].plan.slm.encoding).c_str());
+  if (spec.field) std::printf("; %.2f of the SLM's light is the wanted wave", result.wanted_share);
+  std::printf("\n");
   if (result.against_points) {
     std::printf(
         "against the sum of all points, first frame: complex correlation %.4f, relative L2 error "
@@ -116,16 +102,82 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
         result.against_points->correlation, result.against_points->error);
   }
   auto stages = sum_of_stages(lasers, &RenderResult::seconds);
-  std::printf(
-      "%s rendered in %.2f s (trace %.2f s, propagate %.2f s), reconstructed in %.2f s, seen by "
-      "the lens in %.2f s\n",
-      options.method.name.c_str(), result.seconds.at("render"), stages["trace"],
-      stages["propagate"], result.seconds.at("reconstruct"), result.seconds.at("lens"));
+  if (const auto rendered = result.seconds.find("render"); rendered != result.seconds.end())
+    std::printf("%s rendered in %.2f s (trace %.2f s, propagate %.2f s), ",
+                options.method.name.c_str(), rendered->second, stages["trace"],
+                stages["propagate"]);
+  std::printf("reconstructed in %.2f s, seen by the lens in %.2f s\n",
+              result.seconds.at("reconstruct"), result.seconds.at("lens"));
+}
+
+/// The goal of a report, or the one that is given in its place.
+GoalCheck goal_of(const FinishedRender& finished, const Goal& given, const std::string& file) {
+  GoalCheck check;
+  if (finished.report.contains("goal")) check = goal_of_json(finished.report.at("goal"));
+  if (given.preset && given.preset != check.goal.preset)
+    throw InputError(one_line(file) + ": was not rendered with --preset " + name_of(*given.preset) +
+                     "; a finished hologram is held to --psnr or --budget, "
+                     "or to the goal that it was rendered for");
+  if (given.any()) check.goal = given;
+  check.picture_s = picture_s(finished.rendered);
+  return check;
+}
+
+/// Where nothing else is given, pictures are judged as the goal was planned.
+void judge_as_planned(const GoalCheck& check, QualitySpec& spec) {
+  if (!check.predicted_db) return;
+  if (!spec.blur_m) spec.blur_m = blur_of_resolution * check.resolution_m;
+  if (!spec.window) spec.window = check.window;
+}
+
+/// Renders the scenes, planned for the goal, and judges them.
+QualityResult judge_scenes(const QualityArguments& options, const cl::Device& device,
+                           std::vector<Scene>& scenes, RenderOptions& how, QualitySpec& spec,
+                           ProgressBar& bar, GoalCheck& check) {
+  std::vector<Planned> planned;
+  say_times(bar, device.info(), scenes.size(), how, spec, planned);
+  const auto world = build_world(scenes[0]);
+  const auto goal = options.goal.goal();
+  if (goal.any()) {
+    planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
+    if (const auto promise = promised(goal, planned, {})) judge_as_planned(check = *promise, spec);
+  }
+  if (const auto warning = colour_warning(scenes, world); !warning.empty())
+    options.report.note(warning);
+  auto result = assess(device, scenes, world, how, spec);
+  check.picture_s = picture_s(result.render);
+  return result;
+}
+
+/// Judges holograms that were rendered before.
+QualityResult judge_files(const QualityArguments& options, const cl::Device& device,
+                          FinishedRender& finished, const RenderOptions& how, QualitySpec& spec,
+                          GoalCheck& check) {
+  check = goal_of(finished, options.goal.goal(), options.scene.file);
+  judge_as_planned(check, spec);
+  const auto world = build_world(finished.scenes[0]);
+  for (std::size_t i = 0; i < finished.scenes.size(); ++i) {
+    auto& laser = finished.rendered.lasers[i];
+    laser.plan = make_plan(finished.scenes[i], world);
+    spec.field &= !laser.field.samples.empty();
+  }
+  if (spec.against_points && !spec.field)
+    throw InputError("--against-points: " + one_line(options.scene.file) + " has no fields");
+  LensPictures lens;
+  return assess(device, finished.scenes, world, std::move(finished.rendered), how, spec, lens);
 }
 
 void run_quality(const QualityArguments& options) {
   const auto frame = options.frame.frame();
-  auto scenes = options.scene.load_all(options.report);
+  std::optional<FinishedRender> finished;
+  if (extension_of(options.scene.file) == ".json") {
+    if (!options.scene.set.empty())
+      throw InputError("--set changes a scene; " + one_line(options.scene.file) +
+                       " is of a finished hologram");
+    finished.emplace(options.scene.file);
+  }
+  auto scenes = finished ? finished->scenes : options.scene.load_all(options.report);
   auto spec = spec_of(options, scenes[0]);
   const cl::Device device(options.device.info());
   RenderOptions how;
@@ -134,36 +186,28 @@ void run_quality(const QualityArguments& options) {
   how.rays_per_axis = options.method.rays_per_axis;
   if (options.goal.goal().any() && how.method != Method::wrp)
     throw InputError("--preset, --budget and --psnr plan --method wrp alone");
-  std::vector<Planned> planned;
+  GoalCheck check;
   QualityResult result;
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    say_times(bar, device.info(), scenes.size(), how, spec, planned);
-    const auto world = build_world(scenes[0]);
-    if (const auto goal = options.goal.goal(); goal.any()) {
-      planned = plan_scenes(scenes, world, figures_of(device.info()), goal);
-      for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
-      // Judged as it was planned
-      const auto& prediction = planned[0].prediction;
-      if (!spec.blur_m) spec.blur_m = blur_of_resolution * prediction.resolution_m;
-      if (!spec.window && prediction.pictures) spec.window = prediction.pictures->window;
-    }
-    if (const auto warning = colour_warning(scenes, world); !warning.empty())
-      options.report.note(warning);
-    result = assess(device, scenes, world, how, spec);
+    result = finished ? judge_files(options, device, *finished, how, spec, check)
+                      : judge_scenes(options, device, scenes, how, spec, bar, check);
   }
+  check.measure(result, scenes[0].hologram.pitch_m.x);
   for (const auto& note : notes_of(result.render.lasers)) options.report.note(note);
 
   const auto sheet = contact_sheet(result, frame);
   auto json = quality_json(scenes, result, device.info(), how, spec);
+  if (finished) json["render"] = finished->report;
+  if (check.goal.any()) json["goal"] = json_of(check);
   json["frame"] = name_of(frame);
   const auto out = std::filesystem::path(options.out);
   save_picture(out / "quality.png", sheet.width, sheet.height, sheet.rgb);
   write_text(out / "quality.json", json.dump(2) + "\n");
 
   if (options.report.prints_text()) {
-    print_table(result, spec, options, planned);
+    print_table(result, spec, options, check);
     std::printf(
         "%s  %d x %d, seen %s, rows as in the table; columns: lens, hologram, difference%s; .json "
         "beside it\n",
@@ -181,7 +225,8 @@ void add_quality(CLI::App& app) {
                               "build/raywave quality data/study.toml -o out --lens-points 8");
   auto options = std::make_shared<QualityArguments>();
   auto& quality = options->quality;
-  options->scene.add_to(*command)->required();
+  options->scene.add_to(*command, "Scene file (TOML); or report.json of render or refine")
+      ->required();
   options->goal.add_to(*command);
   options->method.add_to(*command);
   options->depths.add_to(*command, "nearest and farthest surface and a little in front",

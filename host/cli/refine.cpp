@@ -215,6 +215,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     files.push_back(files_of_laser(
         laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), false, true));
   work.report = report_json(scenes, rendered, files, device.info(), how.fft);
+  work.report["set"] = options.set;
   for (const auto& note : notes_of(rendered.lasers)) options.report.note(note);
 
   std::optional<DeviceScene> arrays;

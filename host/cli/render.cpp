@@ -176,6 +176,7 @@ void run_render(const RenderArguments& options) {
     out.add(save_rgb(out.folder(), frame, result));
   auto report = report_json(scenes, result, files, device.info(), how.fft);
   if (check) report["goal"] = json_of(*check);
+  report["set"] = options.scene.set;
   const auto text = out.finish(std::move(report));
 
   if (options.report.prints_text()) {

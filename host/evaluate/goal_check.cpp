@@ -15,61 +15,138 @@ namespace {
 constexpr double pixels_in_blur = 3;
 constexpr int lens_points = 6;
 
+/// The laser that goals are planned for: the longest wavelength.
+std::size_t judged_laser(const std::vector<Planned>& planned) {
+  return static_cast<std::size_t>(std::max_element(planned.begin(), planned.end(),
+                                                   [](const Planned& a, const Planned& b) {
+                                                     return a.scene.hologram.wavelength_m <
+                                                            b.scene.hologram.wavelength_m;
+                                                   }) -
+                                  planned.begin());
+}
+
 }  // namespace
 
+std::optional<double> GoalCheck::wanted_db() const {
+  if (goal.psnr_db) return goal.psnr_db;
+  return goal.preset ? predicted_db : std::nullopt;
+}
+
+bool GoalCheck::is_kept() const {
+  if (goal.budget_s) return picture_s <= *goal.budget_s;
+  return !measured_db || !wanted_db() || *measured_db >= *wanted_db() - tolerance_db;
+}
+
 std::string GoalCheck::text() const {
-  return format("PSNR %.1f dB measured in %s at %s, where %.4g were asked for, %.1f predicted",
-                measured_db, window.text().c_str(),
-                length_text(std::round(resolution_m * 1e7) / 1e7).c_str(), asked_db, predicted_db);
+  std::string text;
+  if (goal.budget_s)
+    text = "a picture took " + duration_text(picture_s) + ", where " +
+           duration_text(*goal.budget_s) + " were asked for";
+  if (!measured_db) return text;
+  text += format("%sPSNR %.1f dB measured in %s at %s", text.empty() ? "" : "; ", *measured_db,
+                 window.text().c_str(), length_text(std::round(resolution_m * 1e7) / 1e7).c_str());
+  if (goal.psnr_db) text += format(", where %.4g were asked for", *goal.psnr_db);
+  if (goal.preset) text += format(", by the preset %s", name_of(*goal.preset));
+  return predicted_db ? text + format(", %.1f predicted", *predicted_db) : text;
+}
+
+void GoalCheck::measure(const QualityResult& result, double pitch_m) {
+  window = result.window;
+  resolution_m = result.blur_px * pitch_m / blur_of_resolution;
+  double sum_db = 0, count = 0;
+  for (const auto& row : result.rows) {
+    if (row.view != whole_view.name) continue;
+    sum_db += row.figures.luminance.psnr_db;
+    ++count;
+  }
+  measured_db = sum_db / count;
+}
+
+double picture_s(const Rendered& rendered) {
+  double sum_s = 0;
+  for (const auto& laser : rendered.lasers)
+    for (const auto* stage : {"samples", "trace", "propagate", "refine", "encode"})
+      if (const auto took = laser.seconds.find(stage); took != laser.seconds.end())
+        sum_s += took->second;
+  return sum_s;
+}
+
+std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& planned,
+                                  const Rendered& rendered) {
+  if (!goal.any() || planned.empty()) return {};
+  const auto& prediction = planned[judged_laser(planned)].prediction;
+  if (!prediction.pictures || prediction.pictures->dark) return {};
+  return GoalCheck{.goal = goal,
+                   .predicted_db = prediction.pictures->mean_psnr_db,
+                   .window = prediction.pictures->window,
+                   .resolution_m = prediction.resolution_m,
+                   .picture_s = picture_s(rendered)};
 }
 
 std::optional<GoalCheck> check_goal(const cl::Device& device, const Goal& goal,
                                     const std::vector<Planned>& planned, const World& world,
                                     Rendered& rendered, const RenderOptions& how) {
-  const auto laser = static_cast<std::size_t>(
-      std::max_element(planned.begin(), planned.end(),
-                       [](const Planned& a, const Planned& b) {
-                         return a.scene.hologram.wavelength_m < b.scene.hologram.wavelength_m;
-                       }) -
-      planned.begin());
-  if (!goal.psnr_db || laser == planned.size()) return {};
-  const auto& prediction = planned[laser].prediction;
-  if (!prediction.pictures || prediction.pictures->dark) return {};
-  GoalCheck check{.asked_db = *goal.psnr_db,
-                  .predicted_db = prediction.pictures->mean_psnr_db,
-                  .window = prediction.pictures->window,
-                  .resolution_m = prediction.resolution_m};
-  QualitySpec what;
-  what.views = false;
-  what.field = false;
-  what.window = check.window;
-  what.blur_m = blur_of_resolution * check.resolution_m;
-  what.lens_points = lens_points;
+  auto check = promised(goal, planned, rendered);
+  if (!check) return {};
+  const auto laser = judged_laser(planned);
   const auto& pitch_m = planned[laser].plan.hologram.pitch_m;
-  what.square_px =
-      std::max(1, static_cast<int>(*what.blur_m / std::max(pitch_m.x, pitch_m.y) / pixels_in_blur));
-  const Rendered one{{rendered.lasers[laser]}, {}, {}};
-  LensPictures lens;
-  const auto result = timed(check.seconds, [&] {
-    return assess_frames(device, {planned[laser].scene}, world, one,
-                         {one.lasers[0].plan.hologram.frames}, how, what, lens)
-        .front();
-  });
-  for (const auto& row : result.rows)
-    check.measured_db += row.figures.luminance.psnr_db / static_cast<double>(result.rows.size());
-  if (!check.is_kept())
-    for (auto& each : rendered.lasers) each.notes.push_back(check.text());
+  if (goal.psnr_db) {
+    QualitySpec what;
+    what.views = false;
+    what.field = false;
+    what.window = check->window;
+    what.blur_m = blur_of_resolution * check->resolution_m;
+    what.lens_points = lens_points;
+    what.square_px = std::max(
+        1, static_cast<int>(*what.blur_m / std::max(pitch_m.x, pitch_m.y) / pixels_in_blur));
+    const Rendered one{{rendered.lasers[laser]}, {}, {}};
+    LensPictures lens;
+    check->measure(timed(check->seconds,
+                         [&] {
+                           return assess_frames(device, {planned[laser].scene}, world, one,
+                                                {one.lasers[0].plan.hologram.frames}, how, what,
+                                                lens)
+                               .front();
+                         }),
+                   pitch_m.x);
+  }
+  if (!check->is_kept())
+    for (auto& each : rendered.lasers) each.notes.push_back(check->text());
   return check;
 }
 
 nlohmann::ordered_json json_of(const GoalCheck& check) {
-  return {{"asked_psnr_db", check.asked_db},
-          {"predicted_psnr_db", check.predicted_db},
-          {"measured_psnr_db", check.measured_db},
-          {"kept", check.is_kept()},
-          {"window_m", json_of(check.window)},
-          {"resolution_m", check.resolution_m},
-          {"seconds", check.seconds}};
+  nlohmann::ordered_json json;
+  const auto& goal = check.goal;
+  if (goal.psnr_db) json["asked_psnr_db"] = *goal.psnr_db;
+  if (goal.preset) json["preset"] = name_of(*goal.preset);
+  if (goal.budget_s) json["budget_s"] = *goal.budget_s;
+  if (check.predicted_db) json["predicted_psnr_db"] = *check.predicted_db;
+  if (check.measured_db) json["measured_psnr_db"] = *check.measured_db;
+  if (check.measured_db || goal.budget_s) json["kept"] = check.is_kept();
+  json.update({{"window_m", json_of(check.window)},
+               {"resolution_m", check.resolution_m},
+               {"seconds", check.seconds},
+               {"picture_s", check.picture_s}});
+  return json;
+}
+
+GoalCheck goal_of_json(const nlohmann::ordered_json& json) {
+  GoalCheck check;
+  const auto take = [&](const char* key, std::optional<double>& value) {
+    if (json.contains(key)) value = json.at(key).get<double>();
+  };
+  take("asked_psnr_db", check.goal.psnr_db);
+  take("budget_s", check.goal.budget_s);
+  take("predicted_psnr_db", check.predicted_db);
+  if (json.contains("preset")) check.goal.preset = preset_of(json.at("preset").get<std::string>());
+  const auto& window = json.at("window_m");
+  for (int axis = 0; axis < 2; ++axis) {
+    check.window.low_m[axis] = window.at("low").at(static_cast<std::size_t>(axis)).get<double>();
+    check.window.high_m[axis] = window.at("high").at(static_cast<std::size_t>(axis)).get<double>();
+  }
+  check.resolution_m = json.at("resolution_m").get<double>();
+  return check;
 }
 
 }  // namespace raywave

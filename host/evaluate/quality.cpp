@@ -306,9 +306,12 @@ private:
   ImageList bright(ImageList light, int frames) const {
     if (light.size() == 1) return light;
     const auto& lasers = scenes_[0].colour.value().lasers;
-    std::vector<double> needs;
-    for (const auto& laser : rendered_.lasers) needs.push_back(laser_need(laser, frames));
-    const auto powers = laser_powers(lasers, needs);
+    auto powers = rendered_.powers;
+    if (frames != rendered_.lasers[0].field.frames) {
+      std::vector<double> needs;
+      for (const auto& laser : rendered_.lasers) needs.push_back(laser_need(laser, frames));
+      powers = laser_powers(lasers, needs);
+    }
     for (std::size_t i = 0; i < light.size(); ++i)
       light[i] = scaled(std::move(light[i]), powers[i] / lasers.white_powers[i]);
     return light;
@@ -502,10 +505,10 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
             {"frames", first.field.frames},
             {"encoding", name_of(first.plan.slm.encoding)},
             {"domain", name_of(is_colour ? Domain::srgb : Domain::intensity)},
-            {"wanted_share", result.wanted_share},
             {"blur_px", result.blur_px},
             {"border_px", result.border_px},
             {"lens_points_per_axis", what.lens_points}};
+  if (what.field) json["wanted_share"] = result.wanted_share;
   const auto figures_json = [&](const ColourComparison& figures) {
     Json told{{"psnr_db", figures.luminance.psnr_db},
               {"ssim", figures.luminance.ssim},
@@ -519,10 +522,10 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
     told.update({{"scale", row.figures.scale},
                  {"light_share", row.light_share},
                  {"haze", row.haze ? Json(*row.haze) : Json()},
-                 {"field", figures_json(row.field_figures)},
                  {"speckle_contrast",
                   {{"lens", row.figures.luminance.contrast_a},
                    {"hologram", row.figures.luminance.contrast_b}}}});
+    if (what.field) told["field"] = figures_json(row.field_figures);
     json["rows"].push_back(std::move(told));
   }
   if (result.against_points) json["against_points"] = json_of(*result.against_points);

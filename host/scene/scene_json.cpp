@@ -15,6 +15,34 @@ glm::dvec2 pair_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>()};
 }
 
+/// Reads what json_of_keys has told of a struct's keys.
+template <class Spec, class... More>
+Spec keys_of_json(Spec spec, const Json& json, const std::filesystem::path& report,
+                  const std::string& section, const More&... more) {
+  Document document;
+  document.file = report;
+  const Keys key = [&](const Setting& setting) {
+    if (setting.told_as.empty() || setting.told_as == "stop") return;
+    const auto now = setting.json();
+    if (now.is_null() && !json.contains(setting.told_as)) return;
+    const auto& told = json.at(setting.told_as);
+    if (told == now) return;
+    toml::table parsed;
+    try {
+      // Numbers, texts and lists are as in JSON; a copy knows no line
+      const auto original = toml::parse("value = " + told.dump());
+      parsed = original;
+    } catch (const toml::parse_error&) {
+      throw InputError(
+          one_line(report.string()) + ": its " +
+          (section == "slm" ? "SLM is damaged (or give --slm)" : section + " is damaged"));
+    }
+    setting.read({&document, parsed.get("value"), setting.key, section + ": " + setting.told_as});
+  };
+  keys_of(spec, key, more...);
+  return spec;
+}
+
 }  // namespace
 
 Json json_of(const SlmSpec& slm) {
@@ -33,6 +61,7 @@ Json json_of(const SlmSpec& slm) {
 Json json_of(const Scene& scene) {
   const double wavelength_m = scene.hologram.wavelength_m;
   Json json{{"file", scene.file.string()},
+            {"digest", scene.digest},
             {"hologram", json_of_keys(scene.hologram)},
             {"slm", json_of(scene.slm)},
             {"wrp", json_of_keys(scene.wrp)},
@@ -55,26 +84,7 @@ Json json_of(const Scene& scene) {
 }
 
 SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
-  SlmSpec slm;
-  Document document;
-  document.file = report;
-  const Keys key = [&](const Setting& setting) {
-    if (setting.told_as.empty() || setting.told_as == "stop") return;
-    const auto now = setting.json();
-    if (now.is_null() && !json.contains(setting.told_as)) return;
-    const auto& told = json.at(setting.told_as);
-    if (told == now) return;
-    toml::table parsed;
-    try {
-      // Numbers, texts and lists are as in JSON; a copy knows no line
-      const auto original = toml::parse("value = " + told.dump());
-      parsed = original;
-    } catch (const toml::parse_error&) {
-      throw InputError(one_line(report.string()) + ": its SLM is damaged (or give --slm)");
-    }
-    setting.read({&document, parsed.get("value"), setting.key, "slm: " + setting.told_as});
-  };
-  keys_of(slm, key, 0, 10);
+  auto slm = keys_of_json(SlmSpec{}, json, report, "slm", 0.0, 10);
   if (json.contains("illumination")) {
     const auto& light = json.at("illumination");
     slm.illumination.sine = pair_of(light.at("sine"));
@@ -89,6 +99,23 @@ SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
     slm.flatness.file = flatness.at("file").get<std::string>();
   }
   return slm;
+}
+
+Scene settings_of_json(const Json& json, Scene scene, const std::filesystem::path& report) {
+  const auto read = [&]<class Spec>(const char* section, Spec& spec) {
+    spec = keys_of_json(Spec{}, json.at(section), report, section);
+  };
+  const double wavelength_m = scene.hologram.wavelength_m;
+  read("hologram", scene.hologram);
+  scene.hologram.wavelength_m = wavelength_m;
+  read("wrp", scene.wrp);
+  read("sampling", scene.sampling);
+  read("trace", scene.trace);
+  read("viewer", scene.viewer);
+  read("accuracy", scene.accuracy);
+  scene.refine.reset();
+  if (json.contains("refine")) read("refine", scene.refine.emplace());
+  return scene;
 }
 
 }  // namespace raywave

@@ -19,4 +19,11 @@ nlohmann::ordered_json json_of(const SlmSpec& slm);
 ///         nlohmann::json::exception where something is missing
 SlmSpec slm_of_json(const nlohmann::ordered_json& json, const std::filesystem::path& report);
 
+/// The scene with the settings that `json_of` told, those of its SLM, lights, materials and objects
+/// aside.
+///
+/// throws  as slm_of_json
+Scene settings_of_json(const nlohmann::ordered_json& json, Scene scene,
+                       const std::filesystem::path& report);
+
 }  // namespace raywave

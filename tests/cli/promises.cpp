@@ -81,5 +81,85 @@ TEST_CASE("render --psnr says what it reached, as quality measures it on finer p
   }
 }
 
+/// Rows of a quality.json.
+Json rows_of(const Desk& desk) { return report_of(desk, "out/quality.json")["rows"]; }
+
+TEST_CASE("quality judges the files of a render as it judges the scene") {
+  Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const auto colours = GENERATE(false, true);
+  const auto keeps_field = GENERATE(true, false);
+  CAPTURE(colours, keeps_field);
+  std::vector<std::string> set{"--set", "sampling.frames=2",        "--set", "sampling.pitch=80 um",
+                               "--set", "slm.encoding=double-phase"};
+  if (colours)
+    set.insert(set.end(), {"--set", R"(hologram.wavelength=["638 nm", "520 nm", "450 nm"])"});
+  const auto with = [&](std::vector<std::string> arguments) {
+    arguments.insert(arguments.end(), set.begin(), set.end());
+    const auto outcome = desk.run(arguments);
+    INFO(outcome.err);
+    CHECK(outcome.code == 0);
+  };
+  const std::vector<std::string> judge{"-o", desk.file("out"), "--lens-points",
+                                       "2",  "--border",       "0"};
+  const auto judge_of = [&](const std::string& what) {
+    auto arguments = judge;
+    arguments.insert(arguments.begin(), {"quality", what});
+    return arguments;
+  };
+  with(judge_of(scene));
+  const auto wanted = rows_of(desk);
+  auto render = std::vector<std::string>{"render", scene, "-o", desk.file("out")};
+  if (!keeps_field) render.emplace_back("--no-field");
+  with(render);
+  const auto outcome = desk.run(judge_of(desk.file("out/report.json")));
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const auto rows = rows_of(desk);
+  REQUIRE(rows.size() == wanted.size());
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    for (const auto* key : {"z_m", "psnr_db", "ssim", "light_share"})
+      CHECK(rows[i][key].get<double>() ==
+            Catch::Approx(wanted[i][key].get<double>()).epsilon(1e-6));
+    CHECK(rows[i].contains("field") == keeps_field);
+  }
+
+  // Its levels are judged, not a new render's
+  const auto picture = desk.file(colours ? "out/hologram_638nm.png" : "out/hologram.png");
+  std::filesystem::copy_file(desk.file(colours ? "out/hologram_638nm_2.png" : "out/hologram_2.png"),
+                             picture, std::filesystem::copy_options::overwrite_existing);
+  CHECK_SAYS(desk.run(judge_of(desk.file("out/report.json"))).err, "is not the picture that");
+  desk.scene("[viewer]\ndistance = \"0.3 m\"\n");
+  CHECK_SAYS(desk.run(judge_of(desk.file("out/report.json"))).err,
+             "was changed after it was rendered");
+}
+
+TEST_CASE("quality of a report says whether the goal that was asked for is reached") {
+  const Desk desk;
+  const auto judge = [&](std::vector<std::string> more = {}) {
+    more.insert(more.begin(), {"quality", desk.file("out/report.json"), "-o", desk.file("out"),
+                               "--no-views", "--lens-points", "6"});
+    return desk.run(more);
+  };
+  const auto render = [&](std::vector<std::string> goal) {
+    goal.insert(goal.begin(), {"render", desk.file("scene.toml"), "-o", desk.file("out"), "--set",
+                               "sampling.pitch=auto", "--set", "hologram.resolution=[240, 160]",
+                               "--set", "object.0.rotation=[0, 0, 17]"});
+    REQUIRE(desk.run(goal).code == 0);
+  };
+  render({"--psnr", "20"});
+  CHECK_SAYS(judge().out, "where 20 were asked for", "the goal is reached");
+  const auto told = report_of(desk)["goal"], judged = report_of(desk, "out/quality.json")["goal"];
+  CHECK(judged["window_m"] == told["window_m"]);
+  CHECK(judged["measured_psnr_db"].get<double>() ==
+        Catch::Approx(told["measured_psnr_db"].get<double>()).margin(0.5));
+  CHECK_SAYS(judge({"--psnr", "90"}).out, "where 90 were asked for", "the goal is not reached");
+  CHECK_SAYS(judge({"--budget", "1us"}).out, "a picture took", "the goal is not reached");
+  CHECK_SAYS(judge({"--preset", "draft"}).err, "was not rendered with --preset draft");
+  render({"--preset", "draft"});
+  CHECK(report_of(desk)["goal"]["preset"] == "draft");
+  CHECK_SAYS(judge().out, "by the preset draft", "the goal is ");
+}
+
 }  // namespace
 }  // namespace raywave

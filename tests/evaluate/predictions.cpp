@@ -43,7 +43,8 @@ TEST_CASE(
       const auto check = check_goal(device, goal, planned, world, rendered, {});
       REQUIRE(check);
       INFO(file << (is_refined ? ", refined" : "") << ": " << check->text());
-      CHECK(check->measured_db == Catch::Approx(check->predicted_db).margin(margin_db));
+      CHECK(check->measured_db.value() ==
+            Catch::Approx(check->predicted_db.value()).margin(margin_db));
       const auto peak = static_cast<double>(rendered.lasers[0].device_peak_bytes);
       INFO(peak << " bytes, " << planned[0].prediction.device_bytes << " predicted");
       CHECK(peak < 1.6 * static_cast<double>(planned[0].prediction.device_bytes));
