@@ -107,7 +107,9 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
       const auto sharp =
           averaged(reconstruct(device, backend, holograms.*which, hologram, spec), square_px);
       const auto shown = blurred(sharp, blur_px);
-      psnr_db = compare_pictures(seen, shown, {0, border_px / square_px, {}}).psnr_db;
+      psnr_db =
+          compare_pictures(seen, shown, {0, border_px / square_px, {}, Domain::intensity, false})
+              .psnr_db;
       if (&key == amid) {
         const auto& field = holograms.*which;
         share = light_in_picture(seen, sharp) * square_px * square_px /

@@ -117,8 +117,9 @@ glm::dvec3 of_white_of(glm::dvec3 opponent) {
 
 /// L*, a*, b* in which colours fade where it is dark (Hunt's effect).
 glm::dvec3 hunt_of(glm::dvec3 rgb) {
-  const auto xyz = xyz_from_srgb();
-  const auto lab = lab_of(xyz * rgb, xyz * glm::dvec3(1));
+  static const auto xyz = xyz_from_srgb();
+  static const auto white = xyz * glm::dvec3(1);
+  const auto lab = lab_of(xyz * rgb, white);
   return {lab.x, 0.01 * lab.x * lab.y, 0.01 * lab.x * lab.z};
 }
 
