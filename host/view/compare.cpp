@@ -272,8 +272,9 @@ PictureComparison compare_pictures(const Image& a, const Image& b, const Picture
   if (dot(judged, judged) == 0) throw InputError("compare: B is black");
   PictureComparison result;
   if (options.flip) {
+    const double scale = best_scale(reference, judged);
     Plane scaled = judged;
-    for (double& v : scaled.pixels) v *= best_scale(reference, judged);
+    for (double& v : scaled.pixels) v *= scale;
     result.flip =
         flip_of(std::array{image_of(reference)}, std::array{image_of(scaled)}, largest(reference));
   }

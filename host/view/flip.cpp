@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <functional>
 #include <glm/glm.hpp>
 #include <glm/gtc/constants.hpp>
 #include <vector>
