@@ -1,15 +1,24 @@
 // SPDX-License-Identifier: Apache-2.0
-// Writers of pictures: a few plain kinds, for a library of all kinds takes longer to load than
-// most commands take. All are made in memory, so that a full disk is noticed.
-#include <zlib.h>
+// Writers of pictures by the library of each kind: OpenImageIO, which has all kinds, takes longer
+// to load than most commands take. All are made in memory, so that a full disk is noticed.
+#include <ImfChannelList.h>
+#include <ImfFrameBuffer.h>
+#include <ImfHeader.h>
+#include <ImfIO.h>
+#include <ImfOutputFile.h>
+#include <png.h>
+#include <tiffio.h>
 
 #include <algorithm>
+#include <array>
 #include <bit>
-#include <cstdlib>
-#include <new>
+#include <csetjmp>
+#include <cstdio>
+#include <cstring>
+#include <exception>
+#include <limits>
 #include <stdexcept>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "host/common/error.hpp"
@@ -49,6 +58,82 @@ Picture picture_of(int width, int height, std::span<const Number> numbers) {
           {reinterpret_cast<const std::uint8_t*>(numbers.data()), numbers.size_bytes()}};
 }
 
+/// Bytes of a file that a library writes; throws out of no library's frame.
+struct Memory {
+  Bytes bytes;
+  std::size_t place = 0;
+
+  void write(const void* data, std::size_t size) {
+    if (place + size > bytes.size()) bytes.resize(place + size);
+    std::memcpy(bytes.data() + place, data, size);
+    place += size;
+  }
+};
+
+/// A PNG that libpng writes. It leaves its functions by longjmp, over no object of C++.
+class PngWriter {
+public:
+  PngWriter(const Picture& picture, int level, Bytes memory)
+      : picture_(picture),
+        memory_(std::move(memory)),
+        png_(png_create_write_struct(PNG_LIBPNG_VER_STRING, this, &PngWriter::leave,
+                                     [](png_structp, png_const_charp) {})),
+        info_(png_ ? png_create_info_struct(png_) : nullptr) {
+    memory_.clear();
+    for (std::size_t y = 0; y < picture.height; ++y)
+      rows_.push_back(const_cast<png_bytep>(picture.row(y).data()));
+    const bool is_done = info_ && write(level);
+    png_destroy_write_struct(&png_, &info_);
+    if (!is_done) throw std::runtime_error(reason_);
+  }
+
+  Bytes& bytes() { return memory_; }
+
+private:
+  [[noreturn]] static void leave(png_structp png, png_const_charp message) {
+    auto* self = static_cast<PngWriter*>(png_get_error_ptr(png));
+    std::snprintf(self->reason_, sizeof self->reason_, "%s", message);
+    png_longjmp(png, 1);
+  }
+
+  static void append(png_structp png, png_bytep data, std::size_t size) {
+    auto& bytes = static_cast<PngWriter*>(png_get_io_ptr(png))->memory_;
+    try {
+      bytes.insert(bytes.end(), data, data + size);
+      return;
+    } catch (const std::exception&) {
+    }
+    png_error(png, "out of memory");
+  }
+
+  bool write(int level) {
+    if (setjmp(png_jmpbuf(png_)) != 0) return false;
+    constexpr png_uint_32 most = std::numeric_limits<std::int32_t>::max();
+    png_set_user_limits(png_, most, most);
+    png_set_write_fn(png_, this, &PngWriter::append, [](png_structp) {});
+    png_set_compression_level(png_, level);
+    png_set_compression_buffer_size(png_, 1 << 20);
+    png_set_filter(png_, PNG_FILTER_TYPE_BASE,
+                   level == 0 ? PNG_FILTER_NONE : PNG_FILTER_NONE | PNG_FILTER_SUB | PNG_FILTER_UP);
+    png_set_IHDR(png_, info_, static_cast<png_uint_32>(picture_.width),
+                 static_cast<png_uint_32>(picture_.height), static_cast<int>(8 * picture_.size),
+                 picture_.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB,
+                 PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+    png_write_info(png_, info_);
+    if (picture_.size == 2) png_set_swap(png_);
+    png_write_image(png_, rows_.data());
+    png_write_end(png_, nullptr);
+    return true;
+  }
+
+  const Picture& picture_;
+  Bytes memory_;
+  std::vector<png_bytep> rows_;
+  char reason_[160] = "out of memory";
+  png_structp png_;
+  png_infop info_;
+};
+
 template <class... Numbers>
 void put(Bytes& to, Numbers... numbers) {
   const auto one = [&](auto number) {
@@ -58,88 +143,12 @@ void put(Bytes& to, Numbers... numbers) {
   (one(numbers), ...);
 }
 
-void put_text(Bytes& to, std::string_view text) { to.insert(to.end(), text.begin(), text.end()); }
-
-/// PNG is big-endian.
-void put_reversed(Bytes& to, std::uint32_t number) {
-  for (const int shift : {24, 16, 8, 0}) to.push_back(static_cast<std::uint8_t>(number >> shift));
-}
-
-Bytes deflated(std::span<const std::uint8_t> bytes, int level) {
-  uLongf size = compressBound(bytes.size());
-  Bytes packed(size);
-  if (compress2(packed.data(), &size, bytes.data(), bytes.size(), level) != Z_OK)
-    throw std::bad_alloc();
-  packed.resize(size);
-  return packed;
-}
-
-void put_chunk(Bytes& png, std::string_view kind, std::span<const std::uint8_t> data) {
-  put_reversed(png, static_cast<std::uint32_t>(data.size()));
-  const auto first = png.size();
-  put_text(png, kind);
-  png.insert(png.end(), data.begin(), data.end());
-  put_reversed(png, static_cast<std::uint32_t>(crc32_z(0, png.data() + first, png.size() - first)));
-}
-
-/// A PNG's row behind the number of its filter: as it is (0), less the pixel to the left (1) or the
-/// one above (2).
-void filter_row(int filter, std::span<const std::uint8_t> row, std::span<const std::uint8_t> above,
-                std::size_t pixel, Bytes& to) {
-  to.assign(1, static_cast<std::uint8_t>(filter));
-  for (std::size_t i = 0; i < row.size(); ++i) {
-    const int less = filter == 1                     ? (i < pixel ? 0 : row[i - pixel])
-                     : filter == 2 && !above.empty() ? above[i]
-                                                     : 0;
-    to.push_back(static_cast<std::uint8_t>(row[i] - less));
-  }
-}
-
-/// How far bytes lie from 0, as signed numbers: what compresses well is small.
-std::size_t size_of(const Bytes& filtered) {
-  std::size_t sum = 0;
-  for (const auto byte : filtered)
-    sum += static_cast<std::size_t>(std::abs(static_cast<std::int8_t>(byte)));
-  return sum;
-}
-
-/// level  of the compression; 0: none
-Bytes png_of(const Picture& picture, int level, Bytes png = {}) {
-  Bytes rows, turned[2], best, other;
-  rows.reserve(picture.bytes.size() + picture.height);
-  for (std::size_t y = 0; y < picture.height; ++y) {
-    auto& row = turned[y % 2];
-    row.assign(picture.row(y).begin(), picture.row(y).end());
-    if (picture.size == 2)
-      for (std::size_t i = 0; i < row.size(); i += 2) std::swap(row[i], row[i + 1]);
-    const auto above = y == 0 ? std::span<const std::uint8_t>() : turned[(y + 1) % 2];
-    const auto pixel = picture.channels * picture.size;
-    filter_row(0, row, above, pixel, best);
-    for (const int filter : {1, 2}) {
-      if (level == 0) break;
-      filter_row(filter, row, above, pixel, other);
-      if (size_of(other) < size_of(best)) best.swap(other);
-    }
-    rows.insert(rows.end(), best.begin(), best.end());
-  }
-  png.clear();
-  put_text(png, "\x89PNG\r\n\x1a\n");
-  Bytes head;
-  put_reversed(head, static_cast<std::uint32_t>(picture.width));
-  put_reversed(head, static_cast<std::uint32_t>(picture.height));
-  const std::uint8_t grey = 0, rgb = 2;
-  put(head, static_cast<std::uint8_t>(8 * picture.size), picture.channels == 1 ? grey : rgb);
-  head.resize(head.size() + 3);
-  put_chunk(png, "IHDR", head);
-  put_chunk(png, "IDAT", deflated(rows, level));
-  put_chunk(png, "IEND", {});
-  return png;
-}
-
 /// 8-bit grey of a palette, or 24-bit colour; rows from the bottom, of a multiple of four bytes.
 Bytes bmp_of(const Picture& picture) {
   const bool is_grey = picture.channels == 1;
   const auto row_bytes = (picture.row_bytes() + 3) / 4 * 4;
+  if (row_bytes * picture.height > std::numeric_limits<std::int32_t>::max())
+    throw std::invalid_argument("a BMP holds 2 GiB; take .png");
   const std::uint32_t colours = is_grey ? 256 : 0;
   const auto first = static_cast<std::uint32_t>(54 + 4 * colours);
   const auto size = static_cast<std::uint32_t>(row_bytes * picture.height);
@@ -160,120 +169,104 @@ Bytes bmp_of(const Picture& picture) {
   return bmp;
 }
 
-/// Without compression, in one strip.
+/// Deflated; a BigTIFF where 32 bits do not reach.
 Bytes tiff_of(const Picture& picture) {
-  constexpr std::uint16_t tags = 12, whole = 4, ratio = 5, small = 3;
-  // Behind the tags lie the bits of three channels and the resolution; then the pixels
-  const std::uint32_t bits_at = 8 + 2 + 12 * tags + 4, ratio_at = bits_at + 6,
-                      pixels_at = ratio_at + 8;
-  const auto bits = static_cast<std::uint16_t>(8 * picture.size);
-  const auto number = [](std::size_t value) { return static_cast<std::uint32_t>(value); };
-  Bytes tiff;
-  put_text(tiff, std::string_view("II*\0", 4));
-  put(tiff, std::uint32_t{8}, tags);
-  const auto tag = [&](std::uint16_t id, std::uint16_t type, std::uint32_t count,
-                       std::uint32_t value) { put(tiff, id, type, count, value); };
-  tag(256, whole, 1, number(picture.width));
-  tag(257, whole, 1, number(picture.height));
-  tag(258, small, number(picture.channels), picture.channels == 1 ? bits : bits_at);
-  tag(259, small, 1, 1);                              // no compression
-  tag(262, small, 1, picture.channels == 1 ? 1 : 2);  // black is 0, or RGB
-  tag(273, whole, 1, pixels_at);
-  tag(277, small, 1, number(picture.channels));
-  tag(278, whole, 1, number(picture.height));
-  tag(279, whole, 1, number(picture.bytes.size()));
-  tag(282, ratio, 1, ratio_at);
-  tag(283, ratio, 1, ratio_at);
-  tag(296, small, 1, 1);  // no unit
-  put(tiff, std::uint32_t{0}, bits, bits, bits, std::uint32_t{1}, std::uint32_t{1});
-  tiff.insert(tiff.end(), picture.bytes.begin(), picture.bytes.end());
-  return tiff;
-}
-
-/// Rows of an OpenEXR picture from `first` on: each channel's numbers side by side.
-Bytes exr_rows(const Picture& picture, std::size_t first, std::size_t rows) {
-  Bytes raw;
-  for (std::size_t y = first; y < first + rows; ++y)
-    for (std::size_t channel = picture.channels; channel-- > 0;)  // B, G, R
-      for (std::size_t x = 0; x < picture.width; ++x) {
-        const auto number = picture.row(y).subspan(4 * (x * picture.channels + channel), 4);
-        raw.insert(raw.end(), number.begin(), number.end());
-      }
-  return raw;
-}
-
-/// OpenEXR's ZIP: bytes of even, then of odd places, each less the one before it, deflated.
-///
-/// source  OpenEXR, ImfZip.cpp
-Bytes exr_packed(const Bytes& raw) {
-  Bytes sorted;
-  for (const std::size_t start : {0u, 1u})
-    for (std::size_t i = start; i < raw.size(); i += 2) sorted.push_back(raw[i]);
-  for (std::size_t i = sorted.size(); i-- > 1;)
-    sorted[i] = static_cast<std::uint8_t>(sorted[i] - sorted[i - 1] + 128);
-  auto packed = deflated(sorted, 4);
-  return packed.size() < raw.size() ? packed : raw;
-}
-
-Bytes exr_of(const Picture& picture) {
-  constexpr std::size_t rows_together = 16;
-  Bytes exr;
-  put(exr, std::uint32_t{20000630}, std::uint32_t{2});
-  const auto attribute = [&](std::string_view name, std::string_view type, const Bytes& value) {
-    put_text(exr, name);
-    exr.push_back(0);
-    put_text(exr, type);
-    exr.push_back(0);
-    put(exr, static_cast<std::uint32_t>(value.size()));
-    exr.insert(exr.end(), value.begin(), value.end());
+  Memory memory;
+  const auto read = [](thandle_t, void*, tmsize_t) -> tmsize_t { return -1; };
+  const auto write = [](thandle_t to, void* data, tmsize_t size) -> tmsize_t {
+    try {
+      static_cast<Memory*>(to)->write(data, static_cast<std::size_t>(size));
+      return size;
+    } catch (const std::exception&) {
+      return -1;
+    }
   };
-  Bytes channels, window, two, one;
-  for (std::size_t i = picture.channels; i-- > 0;) {
-    channels.push_back(static_cast<std::uint8_t>(picture.channels == 1 ? 'Y' : "RGB"[i]));
-    channels.push_back(0);
-    put(channels, std::uint32_t{2}, std::uint32_t{0}, std::uint32_t{1}, std::uint32_t{1});
+  const auto seek = [](thandle_t to, toff_t offset, int from) -> toff_t {
+    auto& all = *static_cast<Memory*>(to);
+    const auto start = from == SEEK_SET ? 0 : from == SEEK_CUR ? all.place : all.bytes.size();
+    return all.place = start + offset;
+  };
+  const auto close = [](thandle_t) { return 0; };
+  const auto size = [](thandle_t of) -> toff_t { return static_cast<Memory*>(of)->bytes.size(); };
+  constexpr std::size_t largest_small_tiff = 4'000'000'000;
+  TIFFSetErrorHandler(nullptr);
+  TIFF* tiff = TIFFClientOpen("memory", picture.bytes.size() > largest_small_tiff ? "w8" : "w",
+                              &memory, read, write, seek, close, size, nullptr, nullptr);
+  if (!tiff) throw std::bad_alloc();
+  TIFFSetField(tiff, TIFFTAG_IMAGEWIDTH, static_cast<std::uint32_t>(picture.width));
+  TIFFSetField(tiff, TIFFTAG_IMAGELENGTH, static_cast<std::uint32_t>(picture.height));
+  TIFFSetField(tiff, TIFFTAG_SAMPLESPERPIXEL, static_cast<int>(picture.channels));
+  TIFFSetField(tiff, TIFFTAG_BITSPERSAMPLE, static_cast<int>(8 * picture.size));
+  TIFFSetField(tiff, TIFFTAG_PHOTOMETRIC,
+               picture.channels == 1 ? PHOTOMETRIC_MINISBLACK : PHOTOMETRIC_RGB);
+  TIFFSetField(tiff, TIFFTAG_PLANARCONFIG, PLANARCONFIG_CONTIG);
+  TIFFSetField(tiff, TIFFTAG_COMPRESSION, COMPRESSION_ADOBE_DEFLATE);
+  TIFFSetField(tiff, TIFFTAG_ROWSPERSTRIP, TIFFDefaultStripSize(tiff, 0));
+  bool is_done = true;
+  Bytes row;  // libtiff changes what it is given
+  for (std::size_t y = 0; is_done && y < picture.height; ++y) {
+    row.assign(picture.row(y).begin(), picture.row(y).end());
+    is_done = TIFFWriteScanline(tiff, row.data(), static_cast<std::uint32_t>(y), 0) == 1;
   }
-  channels.push_back(0);
-  put(window, std::uint32_t{0}, std::uint32_t{0}, static_cast<std::uint32_t>(picture.width - 1),
-      static_cast<std::uint32_t>(picture.height - 1));
-  put(two, 0.0f, 0.0f);
-  put(one, 1.0f);
-  attribute("channels", "chlist", channels);
-  attribute("compression", "compression", {3});
-  attribute("dataWindow", "box2i", window);
-  attribute("displayWindow", "box2i", window);
-  attribute("lineOrder", "lineOrder", {0});
-  attribute("pixelAspectRatio", "float", one);
-  attribute("screenWindowCenter", "v2f", two);
-  attribute("screenWindowWidth", "float", one);
-  exr.push_back(0);
+  is_done = TIFFFlush(tiff) == 1 && is_done;
+  TIFFClose(tiff);
+  if (!is_done) throw std::bad_alloc();
+  return std::move(memory.bytes);
+}
 
-  const auto blocks = (picture.height + rows_together - 1) / rows_together;
-  const auto places = exr.size();
-  exr.resize(places + 8 * blocks);
-  for (std::size_t block = 0; block < blocks; ++block) {
-    const std::uint64_t place = exr.size();
-    std::copy_n(reinterpret_cast<const std::uint8_t*>(&place), 8, exr.data() + places + 8 * block);
-    const auto first = block * rows_together;
-    const auto data =
-        exr_packed(exr_rows(picture, first, std::min(rows_together, picture.height - first)));
-    put(exr, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(data.size()));
-    exr.insert(exr.end(), data.begin(), data.end());
+class ExrStream : public Imf::OStream {
+public:
+  ExrStream() : Imf::OStream("memory") {}
+  void write(const char data[], int size) override {
+    memory_.write(data, static_cast<std::size_t>(size));
   }
-  return exr;
+  std::uint64_t tellp() override { return memory_.place; }
+  void seekp(std::uint64_t place) override { memory_.place = place; }
+  Bytes& bytes() { return memory_.bytes; }
+
+private:
+  Memory memory_;
+};
+
+/// One channel is Y, two or three are R, G and B.
+Bytes exr_of(const Picture& picture) {
+  Imf::Header header(static_cast<int>(picture.width), static_cast<int>(picture.height));
+  header.compression() = Imf::ZIP_COMPRESSION;
+  Imf::FrameBuffer numbers;
+  for (std::size_t i = 0; i < picture.channels; ++i) {
+    const std::string name(1, picture.channels == 1 ? 'Y' : "RGB"[i]);
+    header.channels().insert(name, Imf::Channel(Imf::FLOAT));
+    auto* first = reinterpret_cast<char*>(const_cast<std::uint8_t*>(picture.bytes.data()));
+    numbers.insert(
+        name, Imf::Slice(Imf::FLOAT, first + 4 * i, 4 * picture.channels, picture.row_bytes()));
+  }
+  ExrStream stream;
+  {
+    Imf::OutputFile file(stream, header, 0);
+    file.setFrameBuffer(numbers);
+    file.writePixels(static_cast<int>(picture.height));
+  }
+  return std::move(stream.bytes());
 }
 
 void save(const std::filesystem::path& file, const Picture& picture) {
   const auto kind = file.extension();
   const auto bytes = [&] {
     if (kind == ".exr" && picture.size == 4) return exr_of(picture);
-    if (kind == ".png" && picture.size <= 2) return png_of(picture, 6);
+    if (kind == ".png" && picture.size <= 2) return std::move(PngWriter(picture, 6, {}).bytes());
     if (kind == ".tif" && picture.size <= 2) return tiff_of(picture);
     if (kind == ".bmp" && picture.size == 1) return bmp_of(picture);
-    throw InputError(in_quotes(file.string()) +
-                     ": cannot be written: integers go to .png, .bmp or .tif, floats to .exr");
-  }();
-  write_whole(file, [&](OutputFile& to) { to.write(bytes.data(), bytes.size()); });
+    throw std::invalid_argument("integers go to .png, .bmp or .tif, floats to .exr");
+  };
+  Bytes whole;
+  try {
+    whole = bytes();
+  } catch (const std::bad_alloc&) {
+    throw;
+  } catch (const std::exception& error) {
+    throw InputError(in_quotes(file.string()) + ": cannot be written: " + error.what());
+  }
+  write_whole(file, [&](OutputFile& to) { to.write(whole.data(), whole.size()); });
 }
 
 }  // namespace
@@ -302,7 +295,7 @@ void save_picture(const std::filesystem::path& file, int width, int height,
 
 void uncompressed_png(int width, int height, std::span<const std::uint8_t> levels,
                       std::vector<std::uint8_t>& png) {
-  png = png_of(picture_of(width, height, levels), 0, std::move(png));
+  png = std::move(PngWriter(picture_of(width, height, levels), 0, std::move(png)).bytes());
 }
 
 }  // namespace raywave
