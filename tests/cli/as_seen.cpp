@@ -302,7 +302,8 @@ TEST_CASE("previews of whole scenes have the lens's outlines within a pixel") {
   const Desk desk;
   for (const auto& [name, window] : {std::pair("wire", "8mmx8mm"), {"still_life", "12mmx12mm"}}) {
     INFO(name);
-    const auto picture = [&](const std::string& command, std::vector<std::string> more) {
+    const auto picture = [&, name = name, window = window](const std::string& command,
+                                                           std::vector<std::string> more) {
       std::vector<std::string> words{command};
       for (const auto& word :
            {RAYWAVE_DATA_DIR "/" + std::string(name) + ".toml", std::string("-z"),
