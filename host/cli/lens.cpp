@@ -8,6 +8,7 @@
 #include <glm/exponential.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -115,15 +116,23 @@ glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
   constexpr double longest_px = 320;
-  // A device takes as long to start as the scene's files take to read
-  auto starting = std::async(std::launch::async, [&] { return cl::Device(options.device.info()); });
-  const auto scenes = options.scene.load_all(options.report);
+  // A device takes as long to start as the scene's files take to read. It starts in this thread:
+  // LLVM leaves a signal stack where it starts
+  auto reading = std::async(std::launch::async, [&] {
+    auto scenes = options.scene.load_all(options.report);
+    auto world = build_world(scenes[0]);
+    auto plans = plans_of(scenes, world);
+    return std::tuple(std::move(scenes), std::move(world), std::move(plans));
+  });
+  const cl::Device device(options.device.info());
+  const auto read = reading.get();
+  const auto& scenes = std::get<0>(read);
+  const auto& world = std::get<1>(read);
+  const auto& plans = std::get<2>(read);
   options.view.check_percentile();
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
   if (depths_m.size() > 1)
     throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");
-  const auto world = build_world(scenes[0]);
-  const auto plans = plans_of(scenes, world);
   LensSpec what;
   what.view = options.view.view();
   // One ray to a pixel, from nearly one place: nothing is blurred
@@ -135,7 +144,6 @@ void run_preview(const LensArguments& options) {
   const auto pixels = *what.window_m / plans[0].hologram.pitch_m;
   what.pixel_m = plans[0].hologram.pitch_m *
                  std::max(1.0, std::ceil(std::max(pixels.x, pixels.y) / longest_px));
-  const auto device = starting.get();
   DeviceScene arrays(device, world, plans[0], false);
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   options.report.write(save(options, scenes, images, "preview", what.z_m));
