@@ -298,7 +298,7 @@ double share_apart(const Image& a, const Image& b, int moved = 0) {
   return lit > 0 ? double{1} * apart / lit : 1;
 }
 
-TEST_CASE("previews of whole scenes have the lens's outlines within a pixel") {
+TEST_CASE("previews of whole scenes have the lens's outlines within a pixel", "[slow]") {
   const Desk desk;
   for (const auto& [name, window] : {std::pair("wire", "8mmx8mm"), {"still_life", "12mmx12mm"}}) {
     INFO(name);

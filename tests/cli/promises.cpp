@@ -84,7 +84,7 @@ TEST_CASE("render --psnr says what it reached, as quality measures it on finer p
 /// Rows of a quality.json.
 Json rows_of(const Desk& desk) { return report_of(desk, "out/quality.json")["rows"]; }
 
-TEST_CASE("quality judges the files of a render as it judges the scene") {
+TEST_CASE("quality judges the files of a render as it judges the scene", "[slow]") {
   Desk desk;
   const auto scene = desk.file("scene.toml");
   const auto colours = GENERATE(false, true);

@@ -308,7 +308,8 @@ Scene teapot_at(const std::string& z, const std::string& width, const std::strin
   return data_scene("teapot.toml", more);
 }
 
-TEST_CASE("a scene that touches or crosses the hologram's plane is planned for every goal") {
+TEST_CASE("a scene that touches or crosses the hologram's plane is planned for every goal",
+          "[slow]") {
   for (const auto& [z, width, resolution] : {std::tuple{"1 mm", "12.5 mm", "[480, 270]"},
                                              {"0 mm", "1.5 mm", "[480, 270]"},
                                              {"0 mm", "6 mm", "[1920, 1080]"},
