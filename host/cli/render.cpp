@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <array>
+#include <cctype>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -109,10 +110,10 @@ LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::stri
   };
   if (!files.field.empty()) save_field(files.field, laser.field);
   if (!files.refined.empty()) save_field(files.refined, laser.refined->phases);
+  auto plane = plane_name(laser.plan);  // "wrp", "virtual_plane"
+  for (auto& c : plane) c = c == ' ' ? '_' : static_cast<char>(std::tolower(c));
   for (std::size_t wrp = 0; wrp < laser.wrps.size(); ++wrp)
-    save_field((propagation_of(laser.plan) == WrpPropagation::compact ? "virtual_plane" : "wrp") +
-                   suffix + "_" + std::to_string(wrp + 1) + ".npy",
-               laser.wrps[wrp]);
+    save_field(plane + suffix + "_" + std::to_string(wrp + 1) + ".npy", laser.wrps[wrp]);
   return files;
 }
 

@@ -156,8 +156,8 @@ void add_planes(const Plan& plan, Rows& out) {
              "pixels show\n";
       break;
     }
-    out << (propagation_of(plan) == WrpPropagation::compact ? "planes    " : "WRPs      ")
-        << layer.grid.x << " x " << layer.grid.y;
+    const auto name = plane_name(plan), head = name.substr(name.rfind(' ') + 1) + "s";
+    out << head << std::string(10 - head.size(), ' ') << layer.grid.x << " x " << layer.grid.y;
     if (const auto dark = std::ptrdiff_t{layer.grid.x} * layer.grid.y - lit; dark > 0)
       out << " less " << dark << " that no light falls into";
     out << " at " << mm(layer.distance_m);
@@ -211,8 +211,7 @@ void add_errors(const Scene& scene, const Plan& plan, Rows& out) {
       << ", predicted phase error " << number(error) << " turn"
       << (error < scene.accuracy.phase_turns ? ", below " : ", NOT below ")
       << number(scene.accuracy.phase_turns) << "\n";
-  if (plan.samples.aimed && propagation_of(plan) == WrpPropagation::spectrum &&
-      !is_near_hologram(plan))
+  if (plan.samples.aimed && !plan.holds_all_light() && !is_near_hologram(plan))
     out << "cone      " << plan.cone.half_width << " half holograms to each side, apodization "
         << plan.cone.apodization << ", error predicted " << number(100 * cone_error_of(plan))
         << " %\n";

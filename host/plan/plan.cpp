@@ -76,7 +76,8 @@ std::size_t Plan::most_wrps_of_a_tile() const {
 }
 
 std::size_t Plan::gathered_pixels() const {
-  const int columns = virtual_planes() ? virtual_planes()->row_stride() : tiling.tile_size.x;
+  const int columns =
+      std::visit([&](const auto& c) { return c.row_stride(tiling.tile_size); }, carrier);
   return static_cast<std::size_t>(columns) * static_cast<std::size_t>(gathered_size().y);
 }
 
@@ -85,7 +86,7 @@ double cone_error_of(const Plan& plan) {
 }
 
 bool encodes_transforms(const Plan& plan, bool keep_field) {
-  return plan.virtual_planes() && !keep_field && !encodes_whole(plan) &&
+  return plan.holds_all_light() && !keep_field && !encodes_whole(plan) &&
          plan.most_wrps_of_a_tile() == 1;
 }
 
@@ -97,7 +98,7 @@ bool encodes_whole(const Plan& plan) {
 WrpsExtent wrps_extent(const Plan& plan, const DepthLayer& layer) {
   WrpsExtent extent{glm::dvec2(std::numeric_limits<double>::infinity()),
                     glm::dvec2(-std::numeric_limits<double>::infinity())};
-  if (plan.virtual_planes()) return {-extent.first, -extent.last};  // light crosses them anywhere
+  if (plan.holds_all_light()) return {-extent.first, -extent.last};
   const auto half_window = plan.tile_window_m() / 2.0;
   for (const auto& wrp : plan.wrps) {
     if (&plan.layer_of(wrp) != &layer) continue;

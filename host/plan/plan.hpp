@@ -152,11 +152,21 @@ struct SpecularPlan {
   Images images;                 // of samples that are seen in mirrors and through glass
 };
 
+/// What all carriers tell of the planes on which they gather: here, planes as large as tiles.
+struct TilePlanes {
+  static constexpr WrpPropagation setting = WrpPropagation::spectrum;  // wrp.propagation of it
+  static constexpr const char* plane_name = "WRP";
+  // Whether they have all light of their tile, wherever it crosses them
+  static constexpr bool hold_all_light = false;
+  glm::ivec2 gathered_size(glm::ivec2 tile_size) const { return tile_size; }
+  int row_stride(glm::ivec2 tile_size) const { return tile_size.x; }
+};
+
 /// Samples are gathered at the hologram itself, and nothing is propagated.
-struct AtHologram {};
+struct AtHologram : TilePlanes {};
 
 /// Light is gathered on WRPs, and propagated to the hologram by the shifted angular spectrum.
-struct SpectrumWrps {
+struct SpectrumWrps : TilePlanes {
   double padding = 2;       // side of the transformed plane over the side of a tile
   glm::ivec2 padded{1, 1};  // size that is transformed
 };
@@ -164,6 +174,9 @@ struct SpectrumWrps {
 /// Light travels by virtual planes, one of Plan::wrps for each tile and layer
 /// (host/carriers/virtual_planes/planning/planes.hpp).
 struct VirtualPlanes {
+  static constexpr WrpPropagation setting = WrpPropagation::compact;
+  static constexpr const char* plane_name = "virtual plane";
+  static constexpr bool hold_all_light = true;
   glm::ivec2 size{64, 64};     // samples, multiples of 16: as many are transformed
   double window_strength = 9;  // strength of the window that is divided out at the hologram
   // Pixels of a footprint beyond its rays; `rough`: where something hides the sample, or its light
@@ -184,9 +197,10 @@ struct VirtualPlanes {
   double error() const { return std::hypot(window_error, lines_error); }
   /// Scan lines of any sample, at most.
   int most_lines() const { return std::max(lines, highlight_lines); }
+  glm::ivec2 gathered_size(glm::ivec2) const { return size; }
   /// Samples in memory from a row to the next. Rows a multiple of 4 KiB apart begin at the same
   /// place of a cache's sets: columns would take a fifth longer to transform.
-  int row_stride() const { return size.x % 512 == 0 ? size.x + 8 : size.x; }
+  int row_stride(glm::ivec2 = {}) const { return size.x % 512 == 0 ? size.x + 8 : size.x; }
 };
 
 /// How light travels from the surface samples, or along the rays of fans, to the hologram: a folder
@@ -269,6 +283,9 @@ struct Plan {
     return {channel_of(hologram.wavelength_m), hologram.colour.has_value()};
   }
   bool is_at_hologram() const { return std::holds_alternative<AtHologram>(carrier); }
+  bool holds_all_light() const {
+    return std::visit([](const auto& c) { return c.hold_all_light; }, carrier);
+  }
   /// Null where light travels in another way.
   const VirtualPlanes* virtual_planes() const { return std::get_if<VirtualPlanes>(&carrier); }
   /// Light from mirrors and glass comes from samples; rays of fans follow it by themselves.
@@ -286,7 +303,7 @@ struct Plan {
   const DepthLayer& layer_at(double z_m) const;
   /// Columns and rows of the fields that are gathered.
   glm::ivec2 gathered_size() const {
-    return virtual_planes() ? virtual_planes()->size : tiling.tile_size;
+    return std::visit([&](const auto& c) { return c.gathered_size(tiling.tile_size); }, carrier);
   }
   /// Pixels in memory of a gathered field.
   std::size_t gathered_pixels() const;

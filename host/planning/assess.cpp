@@ -7,7 +7,6 @@
 #include <glm/exponential.hpp>
 #include <utility>
 
-#include "host/carriers/planning/facts.hpp"
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/carriers/virtual_planes/planning/scan_lines.hpp"
 #include "host/carriers/wrps/planning/fans.hpp"
@@ -240,9 +239,7 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
                             placement.extents.beyond_m[1] > 0 || !illumination.is_plane() ||
                             is_near;
 
-  if (is_compact)
-    choose_lines(plan, scene.wrp.lines.has_value(),
-                 moved_from ? moved_from->virtual_planes() : nullptr);
+  if (is_compact) choose_lines(plan, scene.wrp.lines.has_value(), moved_from);
 
   // The precision that keeps the phase error
   plan.precision = choose_precision(scene.accuracy, phase_errors_of(plan), has_doubles);

@@ -8,7 +8,6 @@
 #include <glm/geometric.hpp>
 #include <limits>
 
-#include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
 #include "host/planning/light_shown.hpp"
 
@@ -35,7 +34,7 @@ double share_beside_lattice(const World& world, const Plan& plan) {
 }  // namespace
 
 std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan) {
-  if (propagation_of(plan) != WrpPropagation::compact || !scene.wrp.grid) return {};
+  if (!plan.holds_all_light() || !scene.wrp.grid) return {};
   const double beside = share_beside_lattice(world, plan);
   if (beside <= least_loss) return {};
   return {percent_text(beside) +

@@ -29,7 +29,7 @@ glm::ivec2 with_more_tiles(glm::ivec2 size, glm::ivec2 tile_grid) {
 
 void set_padding(Plan& plan, double padding) {
   if (auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier))
-    *wrps = {padding, padded_size(plan.tiling.tile_size, padding)};
+    *wrps = {{}, padding, padded_size(plan.tiling.tile_size, padding)};
 }
 
 void divide(Plan& plan, glm::ivec2 tile_grid, double padding) {

@@ -63,7 +63,12 @@ class Footprint {
 public:
   Footprint(const Gathering& what, std::size_t sample, const Wrp& wrp,
             const device::CompactFootprint& at)
-      : what_(what), plan_(what.plan), sample_(sample), z0_m_(std::abs(wrp.centre_m.z)), at_(at) {
+      : what_(what),
+        plan_(what.plan),
+        planes_(planes_of(plan_)),
+        sample_(sample),
+        z0_m_(std::abs(wrp.centre_m.z)),
+        at_(at) {
     const auto p = place(what.samples[sample]) + plan_.extent.origin_m;
     origin_m_ = origin_of_tile(plan_, plan_.tile_of(wrp));
     place_m_ = {(p.x - origin_m_.x), -(p.y - origin_m_.y), std::abs(p.z)};
@@ -77,8 +82,7 @@ public:
     Complex sum = 0;
     for (std::size_t line = 0; line < across_.size(); ++line)
       sum += dft(across_[line], 0, at_.left, pixel.x) * dft(up_[line], 1, at_.top, pixel.y);
-    return sum /
-           (static_cast<double>(plan_.virtual_planes()->size.x) * plan_.virtual_planes()->size.y);
+    return sum / (static_cast<double>(planes_.size.x) * planes_.size.y);
   }
 
 private:
@@ -90,8 +94,7 @@ private:
   Complex dft(const std::vector<Complex>& profile, int axis, int first, int pixel) const {
     Complex sum = 0;
     for (std::size_t i = 0; i < profile.size(); ++i)
-      sum += profile[i] *
-             turned(-(first + static_cast<double>(i)) * pixel / plan_.virtual_planes()->size[axis]);
+      sum += profile[i] * turned(-(first + static_cast<double>(i)) * pixel / planes_.size[axis]);
     return sum;
   }
 
@@ -99,9 +102,9 @@ private:
   template <class Light>
   std::vector<Complex> profile(int axis, int first, int count, const Light& light) const {
     const int n = (count + 6 + 7) / 8 * 8;
-    const double period_m = plan_.virtual_planes()->size[axis] * plan_.hologram.pitch_m[axis],
+    const double period_m = planes_.size[axis] * plan_.hologram.pitch_m[axis],
                  step_m = period_m / n;
-    const int size = plan_.virtual_planes()->size[axis],
+    const int size = planes_.size[axis],
               half = (n * (2 * size - plan_.tiling.tile_size[axis]) - 1) / (2 * size);
     std::vector<Complex> pixels(static_cast<std::size_t>(count));
     for (int node = -half; node <= half; ++node) {
@@ -156,6 +159,7 @@ private:
 
   const Gathering& what_;
   const Plan& plan_;
+  const VirtualPlanes& planes_;
   std::size_t sample_;
   double z0_m_;
   device::CompactFootprint at_;

@@ -8,51 +8,47 @@
 #include "host/carriers/wrps/planning/facts.hpp"
 
 namespace raywave {
-namespace {
-
-template <class Question>
-auto asked(const Plan& plan, const Question& question) {
-  return std::visit(question, plan.carrier);
-}
-
-}  // namespace
 
 WrpPropagation propagation_of(const Plan& plan) {
-  return asked(plan, [](const auto& carrier) { return setting_of(carrier); });
+  return std::visit([](const auto& carrier) { return carrier.setting; }, plan.carrier);
 }
 
 std::string plane_name(const Plan& plan) {
-  return asked(plan, [](const auto& carrier) { return plane_name(carrier); });
+  return std::visit([](const auto& carrier) { return carrier.plane_name; }, plan.carrier);
 }
 
 glm::ivec2 transformed_size(const Plan& plan) {
-  return asked(plan, [&](const auto& carrier) { return transformed_size(carrier, plan); });
+  return std::visit([&](const auto& carrier) { return transformed_size(carrier, plan); },
+                    plan.carrier);
 }
 
 double transform_operations(const Plan& plan, FftBackend fft) {
-  return asked(plan, [&](const auto& carrier) { return transform_operations(carrier, plan, fft); });
+  return std::visit([&](const auto& carrier) { return transform_operations(carrier, plan, fft); },
+                    plan.carrier);
 }
 
 double propagation_error_of(const Plan& plan) {
-  return asked(plan, [&](const auto& carrier) { return propagation_error_of(carrier, plan); });
+  return std::visit([&](const auto& carrier) { return propagation_error_of(carrier, plan); },
+                    plan.carrier);
 }
 
 void add_transform_memory(const Plan& plan, FftBackend fft, MemoryNeeds& needs) {
-  asked(plan, [&](const auto& carrier) { add_transform_memory(carrier, plan, fft, needs); });
+  std::visit([&](const auto& carrier) { add_transform_memory(carrier, plan, fft, needs); },
+             plan.carrier);
 }
 
 std::vector<std::pair<std::string, std::string>> report_rows(const Plan& plan) {
-  return asked(plan, [&](const auto& carrier) { return report_rows(carrier, plan); });
+  return std::visit([&](const auto& carrier) { return report_rows(carrier, plan); }, plan.carrier);
 }
 
 void add_report(const Plan& plan, nlohmann::ordered_json& plan_report) {
-  if (auto own = asked(plan, [](const auto& carrier) { return report_json(carrier); });
+  if (auto own = std::visit([](const auto& carrier) { return report_json(carrier); }, plan.carrier);
       !own.is_null())
     plan_report[name_of(propagation_of(plan))] = std::move(own);
 }
 
 std::vector<std::string> carrier_warnings(const Plan& plan) {
-  return asked(plan, [&](const auto& carrier) { return warnings_of(carrier, plan); });
+  return std::visit([&](const auto& carrier) { return warnings_of(carrier, plan); }, plan.carrier);
 }
 
 }  // namespace raywave

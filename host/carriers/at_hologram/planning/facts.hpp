@@ -11,8 +11,6 @@
 
 namespace raywave {
 
-inline WrpPropagation setting_of(const AtHologram&) { return WrpPropagation::spectrum; }
-inline std::string plane_name(const AtHologram&) { return "WRP"; }
 inline glm::ivec2 transformed_size(const AtHologram&, const Plan& plan) {
   return plan.tiling.tile_size;
 }

@@ -9,10 +9,6 @@
 
 namespace raywave {
 
-WrpPropagation setting_of(const VirtualPlanes&) { return WrpPropagation::compact; }
-
-std::string plane_name(const VirtualPlanes&) { return "virtual plane"; }
-
 glm::ivec2 transformed_size(const VirtualPlanes& planes, const Plan&) { return planes.size; }
 
 /// The host transforms only the columns of the tile; devices transform whole planes.

@@ -11,8 +11,6 @@
 
 namespace raywave {
 
-WrpPropagation setting_of(const VirtualPlanes& carrier);
-std::string plane_name(const VirtualPlanes& carrier);
 glm::ivec2 transformed_size(const VirtualPlanes& carrier, const Plan& plan);
 double transform_operations(const VirtualPlanes& carrier, const Plan& plan, FftBackend fft);
 double propagation_error_of(const VirtualPlanes& carrier, const Plan& plan);

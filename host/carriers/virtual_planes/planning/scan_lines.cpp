@@ -54,9 +54,9 @@ void choose_for_highlights(const Plan& plan, bool lines_are_given, VirtualPlanes
 
 }  // namespace
 
-void choose_lines(Plan& plan, bool lines_are_given, const VirtualPlanes* before) {
+void choose_lines(Plan& plan, bool lines_are_given, const Plan* moved_from) {
   auto& planes = std::get<VirtualPlanes>(plan.carrier);
-  if (before) {
+  if (const auto* before = moved_from ? moved_from->virtual_planes() : nullptr) {
     planes = *before;
     planes.window_error = std::max(planes.window_error, predicted_cut_error(plan));
   } else {

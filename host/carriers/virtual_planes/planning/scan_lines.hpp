@@ -9,7 +9,7 @@ namespace raywave {
 /// As few scan lines as add little to what the window leaves wrong, unless their number is given,
 /// with the errors of all; what samples with highlights need.
 ///
-/// before  the planes of the same scene before its objects moved; null: it has not
-void choose_lines(Plan& plan, bool lines_are_given, const VirtualPlanes* before);
+/// moved_from  the same scene before its objects moved; null: it has not
+void choose_lines(Plan& plan, bool lines_are_given, const Plan* moved_from);
 
 }  // namespace raywave

@@ -27,10 +27,6 @@ double operations_of(double samples) { return 5 * samples * std::log2(samples); 
 
 }  // namespace
 
-WrpPropagation setting_of(const SpectrumWrps&) { return WrpPropagation::spectrum; }
-
-std::string plane_name(const SpectrumWrps&) { return "WRP"; }
-
 glm::ivec2 transformed_size(const SpectrumWrps& wrps, const Plan&) { return wrps.padded; }
 
 /// The host transforms only the columns of the window and the rows of the band; devices transform

@@ -12,8 +12,6 @@
 
 namespace raywave {
 
-WrpPropagation setting_of(const SpectrumWrps& carrier);
-std::string plane_name(const SpectrumWrps& carrier);
 glm::ivec2 transformed_size(const SpectrumWrps& carrier, const Plan& plan);
 double transform_operations(const SpectrumWrps& carrier, const Plan& plan, FftBackend fft);
 double propagation_error_of(const SpectrumWrps& carrier, const Plan& plan);
