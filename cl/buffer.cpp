@@ -3,7 +3,7 @@
 
 #include <algorithm>
 
-#include "cl/error_text.hpp"
+#include "cl/device.hpp"
 
 namespace raywave::cl {
 

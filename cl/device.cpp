@@ -1,19 +1,25 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/device.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <array>
 #include <cctype>
+#include <csignal>
+#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
+#include <cstring>
 #include <filesystem>
+#include <sstream>
+#include <string_view>
+#include <tuple>
 #include <utility>
 
-#include "cl/aborts.hpp"
-#include "cl/choose_device.hpp"
-#include "cl/environment.hpp"
-#include "cl/error_text.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/environment.hpp"
+#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave::cl {
@@ -121,6 +127,46 @@ std::string cure_of(const AllFound& all) {
   return usual;
 }
 
+std::string lower(std::string_view text) {
+  std::string result(text);
+  std::transform(result.begin(), result.end(), result.begin(),
+                 [](unsigned char c) { return static_cast<char>(std::tolower(c)); });
+  return result;
+}
+
+std::string listing(const std::vector<Offer>& offers, const std::vector<std::size_t>& places) {
+  std::string text;
+  for (const auto i : places)
+    text += (text.empty() ? "" : ", ") + offers[i].index + " " + offers[i].name;
+  return text;
+}
+
+/// Compute units of GPUs that share the host's memory are many and small; those of CPUs stand for
+/// one machine, whichever platform counts them.
+bool goes_before(const Offer& a, const Offer& b) {
+  if (a.kind != b.kind) return a.kind < b.kind;
+  return name_of(a.kind) == std::string_view("gpu") &&
+         std::tie(a.own_memory, a.units_mhz) > std::tie(b.own_memory, b.units_mhz);
+}
+
+int exit_code = 0;  // 0: aborts are left alone
+std::array<char, 512> work{};
+
+void end_at_abort(int) {
+  if (work[0] == '\0') return;  // no driver's fault: the usual end
+  const char* at = work.data();
+  for (const char* text :
+       {"raywave: the OpenCL driver has ended the program while it compiled or ran ", at,
+        "; its own message stands above. Another driver or --device may do it (raywave devices "
+        "lists them)\n"})
+    if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) break;
+  ::_exit(exit_code);
+}
+
+bool is_pocl(const DeviceInfo& device) {
+  return device.platform.find("Portable Computing Language") != std::string::npos;
+}
+
 }  // namespace
 
 std::vector<DeviceInfo> list_devices() {
@@ -173,6 +219,106 @@ void Device::finish() const {
 void throw_device_error(const ::cl::Error& error, const DeviceInfo& info) {
   throw DeviceError(std::string(error.what()) + " on " + info.name + ": " +
                     error_text(error.err()));
+}
+
+std::size_t choose_device(const std::vector<Offer>& offers, std::string_view choice) {
+  std::vector<std::size_t> all, of_kind, fitting;
+  for (std::size_t i = 0; i < offers.size(); ++i) {
+    const auto& o = offers[i];
+    if (o.index == choice) return i;
+    all.push_back(i);
+    if (choice.empty() || name_of(o.kind) == lower(choice)) of_kind.push_back(i);
+    // "pocl" is in PoCL's version alone
+    if (lower(o.platform + " " + o.name + " " + o.version).find(lower(choice)) != std::string::npos)
+      fitting.push_back(i);
+  }
+  if (!of_kind.empty())
+    return *std::min_element(of_kind.begin(), of_kind.end(), [&](std::size_t a, std::size_t b) {
+      return goes_before(offers[a], offers[b]);
+    });
+  if (fitting.size() == 1) return fitting[0];
+  const std::string asked = "device \"" + std::string(choice) + "\"";
+  if (fitting.empty())
+    throw DeviceError(asked + ": no such device; there are: " + listing(offers, all));
+  throw DeviceError(asked + " fits more than one, name its index: " + listing(offers, fitting));
+}
+
+std::string error_text(cl_int code) {
+  // From 0 and from -30 downwards, as in CL/cl.h
+  static constexpr std::string_view names =
+      "0 DEVICE_NOT_FOUND DEVICE_NOT_AVAILABLE COMPILER_NOT_AVAILABLE "
+      "MEM_OBJECT_ALLOCATION_FAILURE OUT_OF_RESOURCES OUT_OF_HOST_MEMORY "
+      "PROFILING_INFO_NOT_AVAILABLE MEM_COPY_OVERLAP IMAGE_FORMAT_MISMATCH "
+      "IMAGE_FORMAT_NOT_SUPPORTED BUILD_PROGRAM_FAILURE MAP_FAILURE MISALIGNED_SUB_BUFFER_OFFSET "
+      "EXEC_STATUS_ERROR_FOR_EVENTS_IN_WAIT_LIST COMPILE_PROGRAM_FAILURE LINKER_NOT_AVAILABLE "
+      "LINK_PROGRAM_FAILURE DEVICE_PARTITION_FAILED KERNEL_ARG_INFO_NOT_AVAILABLE "
+      "20 21 22 23 24 25 26 27 28 29 VALUE DEVICE_TYPE PLATFORM DEVICE CONTEXT QUEUE_PROPERTIES "
+      "COMMAND_QUEUE HOST_PTR MEM_OBJECT IMAGE_FORMAT_DESCRIPTOR IMAGE_SIZE SAMPLER BINARY "
+      "BUILD_OPTIONS PROGRAM PROGRAM_EXECUTABLE KERNEL_NAME KERNEL_DEFINITION KERNEL ARG_INDEX "
+      "ARG_VALUE ARG_SIZE KERNEL_ARGS WORK_DIMENSION WORK_GROUP_SIZE WORK_ITEM_SIZE GLOBAL_OFFSET "
+      "EVENT_WAIT_LIST EVENT OPERATION GL_OBJECT BUFFER_SIZE MIP_LEVEL GLOBAL_WORK_SIZE PROPERTY "
+      "IMAGE_DESCRIPTOR COMPILER_OPTIONS LINKER_OPTIONS DEVICE_PARTITION_COUNT";
+  const auto means = [&] {
+    switch (code) {
+      case CL_OUT_OF_HOST_MEMORY:
+        return ": out of host memory";
+      case CL_MEM_OBJECT_ALLOCATION_FAILURE:
+        return ": out of device memory";
+      case CL_OUT_OF_RESOURCES:
+        return ": out of device resources (memory, registers or time)";
+      case CL_INVALID_BUFFER_SIZE:
+        return ": the buffer is larger than the device allows";
+      case CL_DEVICE_NOT_AVAILABLE:
+        return ": the device is in use, or was taken away";
+      case CL_COMPILER_NOT_AVAILABLE:
+        return ": the device has no compiler; raywave kernels builds ahead";
+      case CL_INVALID_WORK_GROUP_SIZE:
+        return ": the work-group is larger than the device allows";
+      default:
+        return ": another driver or --device may do it";
+    }
+  }();
+  std::istringstream words{std::string(names)};
+  std::string name;
+  for (int i = 0; i <= -std::int64_t{code} && words >> name; ++i) {
+  }
+  if (!words || code >= 0 || std::isdigit(static_cast<unsigned char>(name[0])))
+    name = "error";
+  else
+    name = (code <= CL_INVALID_VALUE ? "CL_INVALID_" : "CL_") + name;
+  return name + " (" + std::to_string(code) + ')' + means;
+}
+
+void explain_aborts(int code) { exit_code = code; }
+
+void driver_works_on(const std::string& what, const std::string& lacks) {
+  if (exit_code == 0) return;  // a library's host program may call this from several threads
+  std::snprintf(work.data(), work.size(), "%s%s", what.c_str(), lacks.c_str());
+  // Once more each time: LLVM puts its own handler there, which goes on to abort.
+  std::signal(SIGABRT, end_at_abort);
+}
+
+void driver_is_done() {
+  if (exit_code != 0) work[0] = '\0';
+}
+
+bool needs_single_items(const DeviceInfo& device) {
+  return is_pocl(device) && device.driver.starts_with("6.");
+}
+
+std::string missing_tool(const DeviceInfo& device) {
+  if (!is_pocl(device)) return "";
+  std::istringstream path(environment_variable("PATH"));
+  for (std::string folder; std::getline(path, folder, ':');)
+    if (access((std::filesystem::path(folder) / "ld").c_str(), X_OK) == 0) return "";
+  return "; PoCL links kernels with ld, which no folder of PATH has: add its folder (/usr/bin) to "
+         "PATH, or install binutils";
+}
+
+std::optional<std::filesystem::path> program_folder() {
+  const auto folder = environment_variable("RAYWAVE_PROGRAM_DIR");
+  if (folder.empty()) return std::nullopt;
+  return folder;
 }
 
 }  // namespace raywave::cl

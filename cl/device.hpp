@@ -3,7 +3,10 @@
 /// of optics.
 #pragma once
 
+#include <array>
+#include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
 #include <optional>
 #include <string>
@@ -48,7 +51,7 @@ std::vector<DeviceInfo> list_devices();
 
 /// The device that `choice` names: an index ("0:1"), a kind ("gpu") or part of its name, platform
 /// or version, letters of either case; empty: that of the environment's RAYWAVE_DEVICE, else a GPU,
-/// the fastest of several, else the first accelerator, CPU, any (choose_device.hpp).
+/// the fastest of several, else the first accelerator, CPU, any.
 ///
 /// throws  DeviceError listing what there is when nothing, or more than one, fits
 DeviceInfo find_device(std::string_view choice = {});
@@ -99,5 +102,62 @@ auto checked(const DeviceInfo& info, F&& f) {
     throw_device_error(error, info);
   }
 }
+
+// Which of the OpenCL devices is meant.
+
+constexpr std::array device_kinds{"gpu", "accelerator", "cpu", "other"};
+constexpr const char* name_of(DeviceKind kind) {
+  return device_kinds[static_cast<std::size_t>(kind)];
+}
+
+/// What a device is known by, and what decides between GPUs.
+struct Offer {
+  std::string index, platform, name, version;
+  DeviceKind kind{};
+  bool own_memory = false;      // apart from the host's
+  std::uint64_t units_mhz = 0;  // compute units times clock
+};
+
+/// The device that `choice` names: an index ("0:1"), a kind ("gpu", "accelerator", "cpu"), or part
+/// of its name, platform or version, letters of either case. When it is empty a GPU goes first,
+/// then an accelerator, a CPU, any. Of several GPUs those with memory of their own go first, then
+/// the largest product of compute units and clock; of other kinds the first listed.
+///
+/// offers   one at least
+/// returns  its place among them
+/// throws   DeviceError listing what there is when nothing, or more than one, fits
+std::size_t choose_device(const std::vector<Offer>& offers, std::string_view choice);
+
+// Numbers of OpenCL's errors in words.
+
+/// "CL_OUT_OF_RESOURCES (-5): out of device resources ...", with what to do.
+std::string error_text(cl_int code);
+
+// Drivers that end the whole program, as those with LLVM do where it cannot compile a kernel.
+
+/// From now on, a driver that aborts leaves a line on standard error that says at which kernel, and
+/// this exit code.
+void explain_aborts(int exit_code);
+
+/// What the driver is asked to do, "kernels/samples/samples.cl: find_samples on NAME", until it is
+/// waited for; and what it may lack, empty: nothing known.
+void driver_works_on(const std::string& what, const std::string& lacks);
+void driver_is_done();
+
+// What PoCL needs. 6.0: its passes that make a loop over the items of a work-group end the process
+// on long kernels (docs/devices.md). A group of one item needs no loop.
+
+/// Whether kernels must be launched in work-groups of one item, and programs be kept as objects:
+/// the binary of a built program holds its kernels for groups of any size, which have the loop.
+bool needs_single_items(const DeviceInfo& device);
+
+/// "; PoCL needs ld ...", where it is PoCL's device and no folder of PATH has ld; else empty.
+std::string missing_tool(const DeviceInfo& device);
+
+// Folders that the environment names.
+
+/// RAYWAVE_PROGRAM_DIR, where it is set. Nothing is compiled then: programs come from this folder,
+/// and the FFT runs on the host.
+std::optional<std::filesystem::path> program_folder();
 
 }  // namespace raywave::cl

@@ -5,9 +5,7 @@
 #include <sstream>
 #include <utility>
 
-#include "cl/aborts.hpp"
-#include "cl/error_text.hpp"
-#include "cl/pocl.hpp"
+#include "cl/device.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/stage_clock.hpp"

@@ -13,7 +13,6 @@
 #include <vector>
 
 #include "cl/device.hpp"
-#include "cl/environment.hpp"
 
 namespace raywave::cl {
 

@@ -20,8 +20,8 @@
 #include "host/planning/cautions.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/planning/memory_needs.hpp"
-#include "host/trace/device_limits.hpp"
 #include "host/trace/traced_world.hpp"
+#include "host/trace/work_shape.hpp"
 
 namespace raywave {
 

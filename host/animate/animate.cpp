@@ -10,15 +10,15 @@
 #include <utility>
 
 #include "host/animate/contents.hpp"
-#include "host/animate/write_queue.hpp"
+#include "host/animate/frame_files.hpp"
 #include "host/carriers/planning/facts.hpp"
-#include "host/common/digest.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/trace/device_limits.hpp"
+#include "host/trace/work_shape.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {

@@ -12,7 +12,7 @@
 #include <utility>
 #include <vector>
 
-#include "host/common/digest.hpp"
+#include "host/common/cache.hpp"
 
 namespace raywave {
 namespace {

@@ -2,13 +2,19 @@
 /// The files of an animation's holograms, and the report that says which of them are there.
 #pragma once
 
+#include <condition_variable>
 #include <cstddef>
 #include <cstdint>
+#include <deque>
+#include <exception>
 #include <filesystem>
+#include <functional>
 #include <glm/vec2.hpp>
+#include <mutex>
 #include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
+#include <thread>
 #include <vector>
 
 namespace raywave {
@@ -100,6 +106,39 @@ private:
   int pictures_ = 0, holograms_ = 0;
   int report_ = -1, stream_ = -1;  // descriptors
   std::vector<std::uint8_t> png_;  // the last one
+};
+
+/// Work that a thread of its own does in order, such as writing files, while the caller goes on.
+/// The queue is short: memory does not grow when writing is slower than computing.
+class WriteQueue {
+public:
+  /// longest  number of jobs that wait, >= 1
+  explicit WriteQueue(std::size_t longest);
+  /// Waits for the job at work and leaves out those that wait.
+  ~WriteQueue();
+  WriteQueue(const WriteQueue&) = delete;
+  WriteQueue& operator=(const WriteQueue&) = delete;
+
+  /// Adds a job; waits while the queue is full.
+  ///
+  /// throws  what an earlier job has thrown; no job is done after that
+  void push(std::function<void()> job);
+  /// Waits until all jobs are done.
+  ///
+  /// throws  as push
+  void finish();
+
+private:
+  void work();
+  void require_success();
+
+  std::size_t longest_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::deque<std::function<void()>> jobs_;  // the first is at work
+  std::exception_ptr failure_;
+  bool ends_ = false;
+  std::thread thread_;
 };
 
 }  // namespace raywave

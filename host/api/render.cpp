@@ -6,7 +6,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "cl/choose_device.hpp"
+#include "cl/device.hpp"
 #include "host/api/state.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

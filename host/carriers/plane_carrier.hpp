@@ -2,13 +2,16 @@
 /// What all carriers share: planes that are filled with light, those of several frames at once.
 #pragma once
 
+#include <cstdint>
 #include <memory>
+#include <optional>
 #include <tuple>
 #include <vector>
 
 #include "cl/program.hpp"
 #include "host/carriers/carrier.hpp"
 #include "host/common/plane_fft.hpp"
+#include "host/trace/gatherer.hpp"
 
 namespace raywave {
 
@@ -65,6 +68,36 @@ private:
   // Of one plane after the other; where frames are filled together, one for each plane of a tile
   std::vector<cl::ComplexBuffer> stacks_;
   std::vector<PlanePart> lit_;  // as many
+};
+
+// Light on planes in space: gathered from surface samples, or traced along the rays of fans.
+
+class PlaneSource {
+public:
+  /// table  null: fans are traced; like plan and scene it outlives the source
+  PlaneSource(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
+              const SampleTable* table, int frames) {
+    if (table)
+      gatherer_.emplace(device, plan, scene, *table, frames);
+    else
+      fans_.emplace(device, plan, scene);
+  }
+
+  void start(std::uint32_t seed) {
+    seed_ = seed;
+    if (gatherer_) gatherer_->draw_phases(seed);
+  }
+  void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
+    if (gatherer_)
+      gatherer_->gather(wrp, stack);
+    else
+      fans_->trace(wrp, seed_, stack);
+  }
+
+private:
+  std::optional<Gatherer> gatherer_;
+  std::optional<FanTracer> fans_;
+  std::uint32_t seed_ = 0;
 };
 
 }  // namespace raywave

@@ -12,14 +12,13 @@
 #include <utility>
 #include <vector>
 
-#include "host/animate/video_program.hpp"
 #include "host/animate/videos.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/common/digest.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"

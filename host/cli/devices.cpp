@@ -3,7 +3,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
-#include "cl/choose_device.hpp"
+#include "cl/device.hpp"
 #include "cl/fft.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"

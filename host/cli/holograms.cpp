@@ -15,7 +15,6 @@
 #include "host/encode/pictures.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/evaluate/slm_json.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/read_slm.hpp"
 #include "host/scene/scene_json.hpp"

@@ -11,7 +11,6 @@
 #include <system_error>
 #include <utility>
 
-#include "cl/aborts.hpp"
 #include "cl/device.hpp"
 #include "host/cli/arguments.hpp"
 #include "host/cli/commands.hpp"

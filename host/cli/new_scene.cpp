@@ -15,7 +15,6 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/common/error.hpp"
-#include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/presets.hpp"

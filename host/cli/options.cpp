@@ -9,13 +9,11 @@
 
 #include "host/cli/help.hpp"
 #include "host/common/error.hpp"
-#include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/geometry/world.hpp"
-#include "host/scene/eyepiece.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"

@@ -22,7 +22,7 @@
 #include "host/forecast/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
-#include "host/view/frame.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 

@@ -5,7 +5,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
-#include "host/common/digest.hpp"
+#include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 

@@ -15,7 +15,6 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/forecast.hpp"
-#include "host/common/format.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/goal_check.hpp"

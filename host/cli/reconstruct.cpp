@@ -17,7 +17,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/plan.hpp"
-#include "host/scene/eyepiece.hpp"
+#include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 

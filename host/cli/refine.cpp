@@ -22,7 +22,6 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/evaluate/slm_json.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/planning/make_plan.hpp"

@@ -10,7 +10,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/device_json.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/trace/work_shape.hpp"
 

@@ -3,7 +3,7 @@
 
 #include <array>
 
-#include "host/common/format.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 

@@ -11,8 +11,6 @@
 #include <utility>
 #include <vector>
 
-#include "host/common/format.hpp"
-
 namespace raywave {
 
 std::string one_line(std::string_view text) {

@@ -2,9 +2,15 @@
 /// Text for messages. A message is one line, whatever the user's input holds.
 #pragma once
 
+#include <locale.h>
+
+#include <clocale>
 #include <cstddef>
+#include <cstdio>
 #include <exception>
 #include <filesystem>
+#include <locale>
+#include <sstream>
 #include <string>
 #include <string_view>
 
@@ -47,5 +53,38 @@ std::string laser_name(double wavelength_m);
 
 /// "12.5 ms", "3.2 s" or "5 minutes", with two or three digits.
 std::string duration_text(double seconds);
+
+// Text as std::printf and streams make it, whatever locale the program has set.
+
+/// The numbers of this thread are written as in C, while it lives.
+class ClassicNumbers {
+public:
+  ClassicNumbers() : before_(uselocale(classic())) {}
+  ~ClassicNumbers() { uselocale(before_); }
+  ClassicNumbers(const ClassicNumbers&) = delete;
+  ClassicNumbers& operator=(const ClassicNumbers&) = delete;
+
+private:
+  static locale_t classic() {
+    static const locale_t c = newlocale(LC_ALL_MASK, "C", nullptr);
+    return c;
+  }
+  locale_t before_;
+};
+
+inline std::ostringstream text_stream() {
+  std::ostringstream text;
+  text.imbue(std::locale::classic());
+  return text;
+}
+
+/// how  of the values, as std::printf takes it
+template <class... Values>
+std::string format(const char* how, Values... values) {
+  const ClassicNumbers here;
+  std::string text(static_cast<std::size_t>(std::snprintf(nullptr, 0, how, values...)), '\0');
+  std::snprintf(text.data(), text.size() + 1, how, values...);
+  return text;
+}
 
 }  // namespace raywave

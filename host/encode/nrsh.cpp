@@ -4,7 +4,7 @@
 #include <sstream>
 #include <utility>
 
-#include "host/common/format.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 

@@ -7,7 +7,7 @@
 #include <string>
 
 #include "host/common/error.hpp"
-#include "host/common/line_fft.hpp"
+#include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"
 
 namespace raywave {

@@ -20,7 +20,6 @@
 #include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/colour_picture.hpp"
-#include "host/view/frame.hpp"
 
 namespace raywave {
 

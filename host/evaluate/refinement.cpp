@@ -5,7 +5,6 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"

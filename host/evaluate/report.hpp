@@ -10,10 +10,12 @@
 #include <string>
 #include <vector>
 
+#include "cl/device.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "host/scene/scene.hpp"
+#include "host/scene/scene_json.hpp"
 
 namespace raywave {
 
@@ -97,5 +99,25 @@ HologramSpec hologram_of_report(const std::filesystem::path& report,
 /// there is no eyepiece.
 ViewerSpec viewer_of_report(const std::filesystem::path& report,
                             const std::filesystem::path& file = {});
+
+// The description of a device in reports.
+
+nlohmann::ordered_json json_of(const cl::WorkShape& shape);
+nlohmann::ordered_json json_of(const cl::DeviceInfo& device);
+
+// The SLM in report.json: what the pictures beside it were made for.
+
+/// The SLM of a report.
+///
+/// file    a picture or field beside a report of several lasers, which tells the laser
+/// throws  InputError when the report is missing or damaged, or the flatness picture is gone
+SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file = {});
+
+/// "scene" of a report; of several lasers, that of the one whose picture or field the file is.
+///
+/// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
+nlohmann::ordered_json scene_of_report(const nlohmann::ordered_json& report,
+                                       const std::filesystem::path& name,
+                                       const std::filesystem::path& file);
 
 }  // namespace raywave

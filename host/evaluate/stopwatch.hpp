@@ -4,6 +4,7 @@
 
 #include <chrono>
 #include <ctime>
+#include <vector>
 
 namespace raywave {
 
@@ -33,5 +34,15 @@ auto timed(double& seconds, F&& f) {
   seconds += watch.wall_s();
   return result;
 }
+
+// Median and quartiles of repeated measurements.
+
+/// Median and quartiles, in the unit of the values.
+struct Spread {
+  double median = 0, low = 0, high = 0;
+};
+
+/// Quantiles are linear between neighbouring values; all are zero when there is no value.
+Spread spread_of(std::vector<double> values);
 
 }  // namespace raywave

@@ -5,7 +5,7 @@
 #include <array>
 
 #include "host/evaluate/built_in_meshes.hpp"
-#include "host/evaluate/spread.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/render.hpp"
 #include "host/trace/work_shape.hpp"
 

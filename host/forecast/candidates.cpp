@@ -15,7 +15,7 @@
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/planning/tiles.hpp"
-#include "host/scene/eyepiece.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave {
 namespace {

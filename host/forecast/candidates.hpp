@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "host/forecast/cost.hpp"
-#include "host/forecast/device_figures.hpp"
 #include "host/forecast/picture_model.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/cone.hpp"

@@ -3,10 +3,27 @@
 /// `raywave tune` measures its rates.
 #pragma once
 
+#include <string>
+
 #include "host/carriers/virtual_planes/planning/cost.hpp"
-#include "host/forecast/rates.hpp"
+#include "host/common/fft_backend.hpp"
+#include "host/plan/memory.hpp"
 
 namespace raywave {
+
+// How long a device needs for each operation that planning counts (host/forecast/cost.hpp).
+
+/// Seconds per operation, all compute units of the device together.
+struct DeviceRates {
+  std::string device;  // "default" for figures that no measurement stands behind
+  double ray_s = 0, shadow_ray_s = 0, node_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0,
+         level_s = 0;
+};
+
+/// Rates of PoCL on two cores of a server processor.
+inline DeviceRates default_rates() {
+  return {"default", 1e-9, 3.2e-9, 3e-9, 1.55e-9, 1.24e-9, 0.062e-9, 0.95e-9};
+}
 
 /// Operations of one picture: all frames of a scene that has been read, from its samples to its
 /// levels.
@@ -60,5 +77,16 @@ double predicted_s(const Scene& scene, const World& world, const Plan& plan,
                    const DeviceRates& rates);
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
+
+// What forecasts need to know of a device. Plain values, so that they need no OpenCL;
+// host/forecast/tuning.hpp fills them in.
+
+struct DeviceFigures {
+  std::string name;  // empty: none is known
+  bool has_doubles = false;
+  MemoryLimits memory;  // without limits where nothing is known of it
+  FftBackend fft = FftBackend::host;
+  DeviceRates rates = default_rates();
+};
 
 }  // namespace raywave

@@ -6,7 +6,7 @@
 #include <glm/common.hpp>
 #include <limits>
 
-#include "host/common/format.hpp"
+#include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
 
 namespace raywave {

@@ -7,7 +7,6 @@
 
 #include "host/geometry/extents.hpp"
 #include "host/planning/light_shown.hpp"
-#include "host/planning/slm_stop.hpp"
 
 namespace raywave {
 namespace {

@@ -10,7 +10,6 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/trace/device_limits.hpp"
 #include "host/trace/work_shape.hpp"
 
 namespace raywave {

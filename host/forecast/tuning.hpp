@@ -7,7 +7,7 @@
 #include <optional>
 
 #include "cl/device.hpp"
-#include "host/forecast/device_figures.hpp"
+#include "host/forecast/cost.hpp"
 
 namespace raywave {
 

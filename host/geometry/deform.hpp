@@ -10,6 +10,7 @@
 
 #include "host/geometry/motion.hpp"
 #include "host/scene/gltf_deform.hpp"
+#include "host/scene/read_data.hpp"
 
 namespace raywave {
 
@@ -47,5 +48,14 @@ VertexKey shape_at(const Deforming& deforming, double shape);
 
 /// True where vertices with equal numbers are at one place.
 bool are_together(std::span<const glm::dvec3> positions_m, std::span<const std::uint32_t> weld);
+
+// Cutting away what of a mesh lies before a plane: rooms that a camera stands in.
+
+/// The part of a mesh on which a height is at least `least`. Triangles across the limit are cut;
+/// positions, normals, texture coordinates and colours of new corners lie between those of the old
+/// ones. Materials and pictures are left behind.
+///
+/// heights  of the mesh's positions, linear in them
+Mesh part_above(const Mesh& mesh, const std::vector<double>& heights, double least);
 
 }  // namespace raywave

@@ -35,4 +35,12 @@ std::int32_t normal_cone_bits(const NormalCone& cone);
 void set_view(device::Instance& instance, glm::dvec3 middle_m, double radius_m, glm::dvec3 eye_m,
               int side);
 
+// Which triangles of a mesh share an edge.
+
+/// The triangles beyond the edges ab, bc and ca of each triangle, three numbers for each; -1 where
+/// there is none, more than one, or one of the other winding. Corners at equal positions are the
+/// same corner.
+std::vector<std::int32_t> neighbours_of(const std::vector<glm::dvec3>& positions_m,
+                                        const std::vector<glm::uvec3>& triangles);
+
 }  // namespace raywave

@@ -16,7 +16,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
-#include "host/geometry/cut_mesh.hpp"
+#include "host/geometry/deform.hpp"
 #include "host/scene/vectors.hpp"
 #include "host/scene/weld.hpp"
 

@@ -7,7 +7,6 @@
 #include <string>
 #include <vector>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave {

@@ -7,8 +7,8 @@
 #include <glm/exponential.hpp>
 #include <utility>
 
+#include "host/carriers/virtual_planes/planning/errors.hpp"
 #include "host/carriers/virtual_planes/planning/planes.hpp"
-#include "host/carriers/virtual_planes/planning/scan_lines.hpp"
 #include "host/carriers/wrps/planning/fans.hpp"
 #include "host/carriers/wrps/planning/wrp_placement.hpp"
 #include "host/common/error.hpp"
@@ -17,8 +17,8 @@
 #include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/images.hpp"
+#include "host/planning/light_shown.hpp"
 #include "host/planning/placement.hpp"
-#include "host/planning/slm_stop.hpp"
 #include "host/planning/tiles.hpp"
 
 namespace raywave {

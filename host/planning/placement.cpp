@@ -4,9 +4,14 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <iterator>
+#include <limits>
 #include <vector>
 
-#include "host/planning/layers.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/geometry/extents.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave {
 namespace {
@@ -75,6 +80,54 @@ WrpGrid grid_of(const Scene& scene, const Plan& plan, const std::array<Interval,
   return grid;
 }
 
+/// Sampling pitches that the cone of a pixel spans on the nearest surface. Three keep neighbouring
+/// samples apart in direction (docs/pipeline.md); more only cost rays.
+constexpr double samples_across_nearest = 3;
+
+/// Pixels that the cone spans there at least: fewer do not resolve it.
+constexpr double pixels_across_nearest = 8;
+
+bool holds(const DepthLayer& layer, double z_m) {
+  return layer.begin_m <= z_m && z_m < layer.end_m;
+}
+
+/// True for objects without light of their own: all of it passes, or is mirrored.
+bool is_dark(const World& world, const Plan& plan, std::size_t object) {
+  const auto shines = [&](std::int32_t of_its_mesh) {
+    const auto number = plan.lighting.material_of(object, of_its_mesh);
+    const auto& m = plan.lighting.materials[static_cast<std::size_t>(number)];
+    return m.reflectivity.at(plan.hologram.wavelength_m) +
+               m.transparency.at(plan.hologram.wavelength_m) <
+           1;
+  };
+  if (world.triangle_material.empty()) return !shines(-1);
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    if (world.triangle_object[i] == static_cast<std::int32_t>(object) &&
+        shines(world.triangle_material[i]))
+      return false;
+  }
+  return true;
+}
+
+/// Middles of what shines: surfaces with light of their own, and images.
+std::vector<double> middles_of_light(const World& world, const Plan& plan, int layers) {
+  if (!plan.has_specular_samples()) return middles_of_surfaces(world, layers);
+  std::vector<bool> dark;
+  bool all_dark = true;
+  for (std::size_t i = 0; i < plan.lighting.material_of_object.size(); ++i) {
+    dark.push_back(is_dark(world, plan, i));
+    all_dark = all_dark && dark.back();
+  }
+  std::vector<DepthWeight> images;
+  for (const auto& image : plan.specular.images.all) {
+    if (plan.specular.images.holds(image))
+      images.push_back(
+          {image.at_m.z, 2 * plan.specular.images.step * plan.specular.images.step * image.at_m.z});
+  }
+  if (all_dark && images.empty()) dark.clear();
+  return middles_of_surfaces(world, layers, dark, images);
+}
+
 }  // namespace
 
 SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
@@ -121,6 +174,119 @@ Placement place_layers(const Scene& scene, const World& world, glm::dvec2 larges
   // Fans, mirrors and glass may bring light from anywhere.
   if (!plan.samples.aimed || plan.has_specular_samples()) placement.lit = all_tangents;
   return placement;
+}
+
+std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
+  // Rays of fans pass from layer to layer, so they allow one distance only.
+  const auto& given = scene.wrp.distances_m;
+  if (const auto layers = std::max(given.size(), static_cast<std::size_t>(scene.wrp.layers));
+      !plan.samples.aimed && layers > 1) {
+    throw InputError(one_line(scene.file.string()) + ": wrp.layers " + std::to_string(layers) +
+                     ": rays of fans pass from layer to layer, which needs all "
+                     "WRPs at one distance; give wrp.layers 1" +
+                     (given.empty() ? "" : " and one wrp.distance"));
+  }
+
+  // Distances that the scene gives are taken. Rays of a fan go forwards and need surfaces behind
+  // the WRPs; aimed rays meet samples on either side.
+  if (!given.empty()) {
+    if (!plan.samples.aimed && given[0] >= plan.extent.far_m) {
+      throw InputError(one_line(scene.file.string()) + ": wrp.distance " + millimetres(given[0]) +
+                       " puts the WRPs behind the whole scene, which ends at " +
+                       millimetres(plan.extent.far_m) + "; give less, or \"auto\"");
+    }
+    return given;
+  }
+
+  // WRPs that gather samples stand amid the surfaces, where footprints are smallest. WRPs that
+  // gather fans stand so far in front that a pixel's cone spans a few samples.
+  if (plan.samples.aimed && (plan.extent.near_m > 0 || plan.extent.far_m < 0))
+    return middles_of_light(world, plan, scene.wrp.layers);
+  if (plan.samples.aimed) {
+    // As many layers on each side of the hologram
+    std::vector<bool> before;
+    for (std::size_t i = 0; i < world.object_closed.size(); ++i)
+      before.push_back(lies_before(world, i));
+    auto beyond = before;
+    beyond.flip();
+    auto distances = middles_of_surfaces(world, scene.wrp.layers, beyond);
+    std::erase_if(distances, [](double distance_m) { return distance_m >= 0; });
+    if (distances.empty()) distances.push_back(plan.extent.near_m);
+    const auto others = middles_of_surfaces(world, scene.wrp.layers, before);
+    const auto first = distances.size();
+    std::copy_if(others.begin(), others.end(), std::back_inserter(distances),
+                 [](double distance_m) { return distance_m > 0; });
+    if (distances.size() == first) distances.push_back(plan.extent.far_m);
+    return distances;
+  }
+  const auto window = plan.window_m();
+  const double cone = std::max(window.x, window.y) / plan.extent.near_m;
+  const double across =
+      std::max(samples_across_nearest * scene.sampling.pitch_m,
+               pixels_across_nearest * std::max(plan.hologram.pitch_m.x, plan.hologram.pitch_m.y));
+  return {plan.extent.near_m - std::min(across / cone, plan.extent.near_m / 2)};
+}
+
+std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
+                                      std::span<const glm::dvec3> positions_m,
+                                      const Images& images) {
+  for (;;) {
+    // Layers meet midway between their WRPs: there footprints, as wide as |1 - distance / depth|,
+    // are equal on both. Those on different sides of the hologram meet there.
+    std::vector<DepthLayer> layers(distances_m.size());
+    for (std::size_t i = 0; i < layers.size(); ++i) {
+      layers[i].distance_m = distances_m[i];
+      const bool is_side = i > 0 && distances_m[i - 1] < 0 && distances_m[i] > 0;
+      if (i > 0)
+        layers[i].begin_m = layers[i - 1].end_m =
+            is_side ? 0 : (distances_m[i - 1] + distances_m[i]) / 2;
+    }
+    if (layers.size() == 1) {
+      layers[0].min_m = world.min_m;
+      layers[0].max_m = world.max_m;
+      for (const auto& image : images.all) {
+        if (!images.holds(image)) continue;
+        layers[0].min_m = glm::min(layers[0].min_m, image.at_m);
+        layers[0].max_m = glm::max(layers[0].max_m, image.at_m);
+      }
+      return layers;
+    }
+
+    // Layers without a surface go, and the others share out the depths anew.
+    std::vector<double> kept;
+    for (auto& layer : layers) {
+      layer.min_m = glm::dvec3(std::numeric_limits<double>::infinity());
+      layer.max_m = -layer.min_m;
+      for (const auto& p : corners_in(world, positions_m, layer, images)) {
+        layer.min_m = glm::min(layer.min_m, p);
+        layer.max_m = glm::max(layer.max_m, p);
+      }
+      if (layer.min_m.z <= layer.max_m.z) kept.push_back(layer.distance_m);
+    }
+    if (kept.size() == distances_m.size()) return layers;
+    distances_m = kept.empty() ? std::vector{distances_m[0]} : kept;
+  }
+}
+
+std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
+                                   const DepthLayer& layer, const Images& images) {
+  std::vector<glm::dvec3> all;
+  for (const auto& image : images.all) {
+    if (images.holds(image) && holds(layer, image.at_m.z)) all.push_back(image.at_m);
+  }
+  for (const auto& p : positions_m) {
+    if (holds(layer, p.z)) all.push_back(p);
+  }
+  for (const double at : {layer.begin_m, layer.end_m}) {
+    if (!std::isfinite(at)) continue;
+    for (const auto& corners : world.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const auto &a = positions_m[corners[i]], &b = positions_m[corners[(i + 1) % 3]];
+        if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
+      }
+    }
+  }
+  return all;
 }
 
 }  // namespace raywave

@@ -7,7 +7,6 @@
 #include <string>
 
 #include "host/common/error.hpp"
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/propagate/propagator_engine.hpp"
 

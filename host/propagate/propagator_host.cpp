@@ -11,9 +11,8 @@
 // they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
 
-#include "host/common/line_fft.hpp"
+#include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"
-#include "host/common/transpose.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
 // kernels/propagate/transfer.h as C++: one lane, vectorised by the compiler.

@@ -7,7 +7,6 @@
 #include <glm/geometric.hpp>
 
 #include "host/reference/looks.hpp"
-#include "host/reference/nearest.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {

@@ -8,7 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
-#include "host/reference/formulas.hpp"
+#include "host/reference/rays.hpp"
 
 namespace raywave::reference {
 namespace {

@@ -3,16 +3,19 @@
 /// kernels/scene/look.h and of the lights in kernels/scene/shade.h.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "host/geometry/world.hpp"
 #include "host/plan/placed_lights.hpp"
 #include "host/plan/plan.hpp"
+#include "host/reference/rays.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave::reference {
@@ -88,5 +91,41 @@ inline int light_place_of(int i, int j) { return (i & 3) | (j & 3) << 2; }
 glm::dvec3 light_from(const std::vector<PlacedLight>& lights, const Look& look, glm::dvec3 place_m,
                       std::optional<glm::dvec3> to_viewer, int which,
                       const std::function<bool(std::size_t, const SeenLight&)>& reaches);
+
+// The nearest surface that is there, found one triangle after the other.
+
+/// The nearest hit of a ray at which its surface is there.
+///
+/// triangles  of the world, one for each, in the scene frame
+/// sideways   error of a ray in floats, as a fraction of the distance
+/// may_meet   tells of a triangle's number whether the ray may meet it
+/// is_sure    tells of a triangle whether the ray meets it within floats' errors, too
+/// unsure     becomes true where floats may find another hit
+template <class MayMeet, class IsSure>
+Hit nearest_there(const Scene& scene, const World& world, const Plan& plan,
+                  std::span<const Corners> triangles, const Ray& ray, double sideways,
+                  const MayMeet& may_meet, const IsSure& is_sure, bool& unsure) {
+  Hit best{.t = ray.t_max};
+  double doubtful = ray.t_max;
+  for (std::size_t i = 0; i < triangles.size(); ++i) {
+    if (!may_meet(i)) continue;
+    const auto wide = intersect(triangles[i], ray, sideways);
+    if (wide.triangle < 0) continue;
+    const auto exact = intersect(triangles[i], ray);
+    if (!is_sure(triangles[i])) doubtful = std::min(doubtful, wide.t);
+    if (exact.triangle < 0 || exact.t >= best.t) continue;
+    if (plan.lighting.alpha != AlphaMode::opaque) {
+      bool doubt = false;
+      const bool there = is_there(look_at(scene, world, i, exact.u, exact.v),
+                                  ray.origin + exact.t * ray.direction, plan, &doubt);
+      if (doubt) doubtful = std::min(doubtful, exact.t);
+      if (!there) continue;
+    }
+    best = exact;
+    best.triangle = static_cast<int>(i);
+  }
+  if (doubtful <= best.t && doubtful < ray.t_max) unsure = true;
+  return best;
+}
 
 }  // namespace raywave::reference

@@ -2,6 +2,7 @@
 /// Rays against triangles one by one in double precision: the oracle of kernels/scene/bvh.h.
 #pragma once
 
+#include <cstdint>
 #include <glm/vec3.hpp>
 #include <span>
 #include <string>
@@ -58,5 +59,15 @@ enum class Seen { no, yes, unsure };  // unsure: an edge passes closer than floa
 /// Tells whether the path from `from` to `to`, which begins `bias_m` off the surface, is free.
 Seen free_path(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 off_surface,
                double bias_m, glm::dvec3 to);
+
+// Formulas of shading and of random phases that several oracles share, in double precision.
+
+/// c^m as shading uses it: 0 for c <= 0, but 0^0 = 1.
+double power_of_cosine(double cosine, double exponent);
+
+/// The random phase, in turns, of the cube (i, j, k), and of a sample's key: kernels/common/hash.h
+/// in host arithmetic.
+double phase_turns(std::int32_t i, std::int32_t j, std::int32_t k, std::uint32_t seed);
+double phase_turns_of_key(std::uint32_t key, std::uint32_t seed);
 
 }  // namespace raywave::reference

@@ -7,7 +7,7 @@
 #include <glm/vec3.hpp>
 #include <vector>
 
-#include "host/reference/stage.hpp"
+#include "host/reference/surfaces.hpp"
 
 namespace raywave::reference {
 

@@ -7,7 +7,6 @@
 #include <numbers>
 
 #include "host/reference/looks.hpp"
-#include "host/reference/nearest.hpp"
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {

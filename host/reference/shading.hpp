@@ -9,7 +9,7 @@
 
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
-#include "host/reference/formulas.hpp"
+#include "host/reference/rays.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave::reference {

@@ -11,7 +11,6 @@
 #include <sstream>
 #include <utility>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/common/uri.hpp"
 #include "host/scene/image.hpp"

@@ -7,8 +7,8 @@
 #include <numeric>
 #include <sstream>
 
-#include "host/common/digest.hpp"
-#include "host/common/format.hpp"
+#include "host/common/cache.hpp"
+#include "host/common/text.hpp"
 #include "host/scene/document.hpp"
 #include "host/scene/gltf_scene.hpp"
 #include "host/scene/read_slm.hpp"

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/reader_reply.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <cerrno>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -275,6 +278,22 @@ MeshMaterial receive_material(ReaderPipe& pipe, std::size_t pictures) {
 }
 
 }  // namespace
+
+void ReaderPipe::write(std::span<const std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::write(descriptor_, bytes.data(), bytes.size());
+    if (done < 0 && errno != EINTR) throw std::runtime_error("the pipe is closed");
+    bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(done, 0)));
+  }
+}
+
+void ReaderPipe::read(std::span<std::byte> bytes) {
+  while (!bytes.empty()) {
+    const ssize_t done = ::read(descriptor_, bytes.data(), bytes.size());
+    if (done == 0 || (done < 0 && errno != EINTR)) throw std::runtime_error("the pipe is closed");
+    bytes = bytes.subspan(static_cast<std::size_t>(std::max<ssize_t>(done, 0)));
+  }
+}
 
 void send(ReaderPipe& pipe, const Mesh& mesh) {
   pipe.write_vector(mesh.positions);

@@ -19,6 +19,7 @@
 #include <set>
 #include <string>
 #include <string_view>
+#include <utility>
 #include <vector>
 
 #include "host/common/colour.hpp"
@@ -27,9 +28,49 @@
 #include "host/scene/read_data.hpp"
 #include "host/scene/scene_text.hpp"
 #include "host/scene/slm.hpp"
-#include "host/scene/spectrum.hpp"
 
 namespace raywave {
+
+// Properties of materials that depend on the wavelength.
+
+/// 0 red (>= 580 nm), 1 green, 2 blue (< 490 nm): the channel of colours and textures that light of
+/// this wavelength sees.
+int channel_of(double wavelength_m);
+
+/// The channels of colours and textures that a hologram sees: that of its wavelength, or, in
+/// colour, all three.
+struct Channels {
+  int first = 0;  // what a scene of one wavelength sees; in colour, the nearest to the laser's
+  bool all = false;
+
+  int count() const { return all ? 3 : 1; }
+  /// Number i of `count`.
+  int operator[](int i) const { return all ? i : first; }
+  template <class Test>
+  bool any(const Test& test) const {
+    return all ? test(0) || test(1) || test(2) : test(first);
+  }
+  bool operator==(const Channels&) const = default;
+};
+
+/// A number for each wavelength: one for all, one for each channel of a colour, or a table.
+struct Spectrum {
+  glm::dvec3 channels{0};                        // red, green, blue; unless there is a table
+  std::vector<std::pair<double, double>> table;  // wavelengths (m, ascending) and values
+
+  Spectrum() = default;
+  Spectrum(double value) : channels(value) {}  // NOLINT: a number is a spectrum
+
+  /// Between the wavelengths of a table, values lie on a straight line over 1 / wavelength^2, as
+  /// Cauchy's formula has it for indices of refraction. Beyond them, the nearest one's is taken.
+  double at(double wavelength_m) const;
+  /// False beyond the wavelengths of a table.
+  bool holds(double wavelength_m) const;
+  /// True where the value is above zero for some wavelength.
+  bool is_positive() const;
+
+  bool operator==(const Spectrum&) const = default;
+};
 
 struct HologramSpec {
   static constexpr double least_pitch_m = 1e-10, largest_pitch_m = 1;
@@ -278,5 +319,22 @@ std::vector<Scene> load_scenes(const std::filesystem::path& file,
                                const std::vector<std::string>& overrides = {});
 std::vector<Scene> parse_scenes(const SceneText& text,
                                 const std::vector<std::string>& overrides = {});
+
+// What the eye sees through an eyepiece: a thin lens before the hologram ([viewer] eyepiece). It
+// shows the plane z at another distance, given in dioptres: one over the distance, in metres, from
+// the eyepiece to where the eye sees it. 0 D is infinitely far away; below 0 D no eye can focus.
+
+/// The plane that is seen at so many dioptres. With the lens at z = -e, of focal length f,
+///   1 / (z + e) = 1 / f + dioptres.
+///
+/// throws  InputError without an eyepiece, and where there is no such plane
+double depth_of_dioptres(const ViewerSpec& viewer, double dioptres);
+
+/// What an eye makes out of the plane z_m: 1 arc minute. Behind a thin lens it sees what is beyond
+/// the lens under the angle that it has there, in focus however near it is.
+double detail_for_eye_m(const ViewerSpec& viewer, double z_m);
+
+/// The dioptres at which the plane z_m is seen; it must lie beyond the eyepiece, z_m > -e.
+double dioptres_of_depth(const ViewerSpec& viewer, double z_m);
 
 }  // namespace raywave

@@ -2,20 +2,160 @@
 #include "host/scene/slm.hpp"
 
 #include <algorithm>
+#include <charconv>
 #include <cmath>
+#include <fstream>
 #include <glm/geometric.hpp>
+#include <string_view>
+#include <utility>
 
 #include "host/common/error.hpp"
+#include "host/common/npy.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
+
+constexpr std::uintmax_t most_lut_bytes = 1 << 20;
+
+/// The first word of a line that is no number; empty: there is none. Numbers stand between spaces,
+/// commas, semicolons or tabs.
+std::string_view read_numbers(std::string_view line, std::vector<double>& numbers) {
+  constexpr std::string_view separators = " \t,;\r\"";
+  for (line = line.substr(0, line.find('#'));;) {
+    const auto first = line.find_first_not_of(separators);
+    if (first == std::string_view::npos) return {};
+    line.remove_prefix(first);
+    const auto word = line.substr(0, line.find_first_of(separators));
+    double number = 0;
+    const auto [end, error] = std::from_chars(word.data(), word.data() + word.size(), number);
+    if (error != std::errc() || end != word.data() + word.size() || !std::isfinite(number))
+      return word;
+    numbers.push_back(number);
+    line.remove_prefix(word.size());
+  }
+}
+
+/// Rows of one or two numbers.
+using Rows = std::vector<std::vector<double>>;
+
+Rows read_text(const std::filesystem::path& file, const std::string& name) {
+  std::ifstream stream(file);
+  Rows rows;
+  int line_number = 0;
+  for (std::string line; std::getline(stream, line);) {
+    const std::string where = name + ":" + std::to_string(++line_number);
+    if (constexpr std::string_view mark = "\xef\xbb\xbf";
+        line_number == 1 && line.starts_with(mark))
+      line.erase(0, mark.size());  // of UTF-8, which spreadsheets write
+    if (line.find(';') != std::string::npos) std::replace(line.begin(), line.end(), ',', '.');
+    std::vector<double> numbers;
+    const auto word = read_numbers(line, numbers);
+    if (!word.empty() && rows.empty() && numbers.empty()) continue;  // a heading
+    if (!word.empty()) throw InputError(where + ": " + in_quotes(word) + " is no number");
+    if (numbers.empty()) continue;
+    if (!rows.empty() && rows[0].size() == 2 && numbers.size() != 2)
+      throw InputError(where + ": two columns expected, level and phase, got " +
+                       std::to_string(numbers.size()));
+    rows.push_back(std::move(numbers));
+  }
+  return rows;
+}
+
+Lut lut_of_rows(const Rows& rows, int level_count, const std::string& name) {
+  Lut lut;
+  if (!rows.empty() && rows[0].size() == 2) {
+    std::vector<std::pair<double, double>> pairs;
+    for (const auto& row : rows) pairs.emplace_back(row[0], row[1]);
+    return lut_of_pairs(pairs, level_count, name);
+  }
+  for (const auto& row : rows) lut.values.insert(lut.values.end(), row.begin(), row.end());
+  const auto count = lut.values.size();
+  if (count < 2 || count > static_cast<std::size_t>(level_count))
+    throw InputError(name + ": a LUT has a number for each level, 2 to " +
+                     std::to_string(level_count) + " of them, or a line for each with level and " +
+                     "number; got " + std::to_string(count) + " numbers");
+  return lut;
+}
 
 std::string size_text(int width, int height) {
   return std::to_string(width) + " x " + std::to_string(height);
 }
 
 }  // namespace
+
+Lut lut_of_pairs(const std::vector<std::pair<double, double>>& pairs, int level_count,
+                 const std::string& where) {
+  auto sorted = pairs;
+  std::sort(sorted.begin(), sorted.end());
+  Lut lut;
+  for (const auto& [level, value] : sorted) {
+    if (level != std::floor(level) || level < 0 || level >= level_count)
+      throw InputError(where + ": " + number_text(level) + " is no level of 0 to " +
+                       std::to_string(level_count - 1));
+    if (!lut.levels.empty() && lut.levels.back() == static_cast<int>(level))
+      throw InputError(where + ": level " + number_text(level) + " is there twice");
+    lut.levels.push_back(static_cast<int>(level));
+    lut.values.push_back(value);
+  }
+  if (lut.levels.size() < 2) throw InputError(where + ": a LUT has two levels or more");
+  return lut;
+}
+
+Lut load_lut(const std::filesystem::path& file, int level_count) {
+  const std::string name = one_line(file.string());
+  std::error_code error;
+  if (std::filesystem::file_size(file, error) > most_lut_bytes || error)
+    throw InputError(name + ": too large for a LUT (at most 1 MiB)");
+  return lut_of_rows(extension_of(file) == ".npy" ? load_npy_rows(file) : read_text(file, name),
+                     level_count, name);
+}
+
+std::vector<double> shown_by_level(const Lut& lut, int level_count) {
+  std::vector<double> shown;
+  const auto count = lut.values.size();
+  const auto level_of = [&](std::size_t i) {
+    return lut.levels.empty() ? static_cast<int>(i) : lut.levels[i];
+  };
+  std::size_t next = 0;  // the first that is listed from here on
+  for (int level = 0; level < level_count; ++level) {
+    while (next < count && level_of(next) < level) ++next;
+    const auto before = next == 0 ? 0 : next - 1, after = std::min(next, count - 1);
+    const int step = level_of(after) - level_of(before);
+    const double share = step == 0 ? 0 : static_cast<double>(level - level_of(before)) / step;
+    shown.push_back(lut.values[before] + share * (lut.values[after] - lut.values[before]));
+  }
+  return shown;
+}
+
+double make_monotone(std::vector<double>& values) {
+  const double sign = values.back() < values.front() ? -1 : 1;
+  struct Block {
+    double sum = 0;
+    std::size_t count = 0;
+    double mean() const { return sum / static_cast<double>(count); }
+  };
+  std::vector<Block> blocks;  // neighbours that turn back get their mean
+  for (const double value : values) {
+    Block block{sign * value, 1};
+    for (; !blocks.empty() && blocks.back().mean() > block.mean(); blocks.pop_back())
+      block = {block.sum + blocks.back().sum, block.count + blocks.back().count};
+    blocks.push_back(block);
+  }
+  double largest = 0;
+  auto at = values.begin();
+  for (const auto& block : blocks) {
+    if (block.count == 1) {
+      ++at;
+      continue;
+    }
+    for (std::size_t i = 0; i < block.count; ++i, ++at) {
+      largest = std::max(largest, std::abs(*at - sign * block.mean()));
+      *at = sign * block.mean();
+    }
+  }
+  return largest;
+}
 
 double Illumination::turns(glm::dvec2 at_m, double wavelength_m) const {
   if (!focus_m) return glm::dot(sine, at_m) / wavelength_m;

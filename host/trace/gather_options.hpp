@@ -4,11 +4,19 @@
 
 #include <string>
 
+#include "cl/device.hpp"
 #include "host/geometry/kernel_options.hpp"
-#include "host/trace/precision_option.hpp"
+#include "host/scene/scene.hpp"
 #include "host/trace/samples.hpp"
 
 namespace raywave {
+
+// The kernel option for the precision of a plan.
+
+/// The value of RAYWAVE_PRECISION (kernels/common/double_single.h).
+///
+/// throws  DeviceError when the device has no doubles
+std::string precision_option(const cl::DeviceInfo& device, Precision precision);
 
 /// Of the scene's options only those that gathering reads: scenes that differ only in others share
 /// its kernels, which take the longest to compile.

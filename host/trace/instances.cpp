@@ -11,10 +11,9 @@
 #include <tuple>
 #include <utility>
 
-#include "host/geometry/box_tree.hpp"
 #include "host/geometry/bvh.hpp"
-#include "host/geometry/neighbours.hpp"
 #include "host/geometry/normal_cones.hpp"
+#include "host/geometry/ray_tree.hpp"
 #include "host/plan/lattice.hpp"
 
 namespace raywave {

@@ -3,17 +3,41 @@
 #pragma once
 
 #include <algorithm>
+#include <cstdint>
 #include <glm/vec2.hpp>
 #include <optional>
 #include <vector>
 
+#include "cl/program.hpp"
 #include "host/plan/plan.hpp"
-#include "host/trace/breaks.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/trace/scan.hpp"
 #include "host/trace/specular_paths.hpp"
 
 namespace raywave {
+
+// Where surfaces end, fold or are too steep, as the hologram's centre sees them
+// (kernels/samples/breaks.h).
+
+/// The breaks in the cells of a lattice, in device memory.
+class Breaks {
+public:
+  /// For scenes with the same options as this one.
+  Breaks(const cl::Device& device, const DeviceScene& scene);
+
+  /// Finds the breaks of a scene. They stay unknown when it has too many triangles for that to pay,
+  /// or is so far away that rounding is felt in a cell.
+  void find(const device::Lattice& lattice, const DeviceScene& scene);
+
+  std::int32_t known = 0;
+  cl::Buffer<float> cells, tiles;
+
+private:
+  cl::Device device_;
+  cl::Program program_;
+  cl::Kernel find_faces_, mark_breaks_;
+  cl::Buffer<std::int32_t> faces_;
+};
 
 /// The points where the rays of a lattice from the hologram's centre intersect the scene. Every
 /// surface along a ray gives a sample: closed meshes on their outside, open meshes on both sides.

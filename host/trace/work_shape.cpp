@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/work_shape.hpp"
 
+#include <unistd.h>
+
 #include <algorithm>
+#include <fstream>
 
 namespace raywave {
 namespace {
@@ -11,6 +14,17 @@ int lanes_of_kind(const cl::DeviceInfo& device) {
     if (device.float_lanes >= lanes) return lanes;
   }
   return 1;
+}
+
+/// Memory that this process may use: that of the machine, or the limit of its container when that
+/// is less.
+std::uint64_t host_memory_bytes() {
+  auto bytes = static_cast<std::uint64_t>(sysconf(_SC_PHYS_PAGES)) *
+               static_cast<std::uint64_t>(sysconf(_SC_PAGE_SIZE));
+  std::uint64_t limit = 0;
+  // The file holds "max" when there is no limit: reading fails then.
+  if (std::ifstream("/sys/fs/cgroup/memory.max") >> limit) bytes = std::min(bytes, limit);
+  return bytes;
 }
 
 }  // namespace
@@ -42,6 +56,11 @@ std::string why_unfit(const cl::WorkShape& shape, const cl::DeviceInfo& device) 
 
 int rows_of_tile(const cl::WorkShape& shape, int frames) {
   return std::max(std::min(shape.tile_rows, 2), shape.tile_rows / frames);
+}
+
+MemoryLimits limits_of(const cl::DeviceInfo& device) {
+  return {device.memory_bytes, device.largest_buffer_bytes, host_memory_bytes(),
+          device.kind == cl::DeviceKind::cpu};
 }
 
 }  // namespace raywave

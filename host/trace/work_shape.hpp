@@ -6,6 +6,7 @@
 #include <string>
 
 #include "cl/device.hpp"
+#include "host/plan/memory.hpp"
 
 namespace raywave {
 
@@ -30,5 +31,10 @@ std::string why_unfit(const cl::WorkShape& shape, const cl::DeviceInfo& device);
 
 /// Rows of pixels that a work-item computes in each frame.
 int rows_of_tile(const cl::WorkShape& shape, int frames);
+
+// Memory that a device and this machine have.
+
+/// Memory of the device and of this machine, or of its container when that has less.
+MemoryLimits limits_of(const cl::DeviceInfo& device);
 
 }  // namespace raywave

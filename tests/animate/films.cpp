@@ -12,9 +12,9 @@
 #include <sstream>
 #include <thread>
 
-#include "host/animate/video_program.hpp"
-#include "host/animate/write_queue.hpp"
-#include "host/common/digest.hpp"
+#include "host/animate/frame_files.hpp"
+#include "host/animate/videos.hpp"
+#include "host/common/cache.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/render.hpp"
 

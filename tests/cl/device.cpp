@@ -7,8 +7,6 @@
 #include <functional>
 
 #include "cl/buffer.hpp"
-#include "cl/choose_device.hpp"
-#include "cl/error_text.hpp"
 #include "cl/program.hpp"
 #include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"

@@ -4,7 +4,7 @@
 #include <cmath>
 #include <functional>
 
-#include "host/common/line_fft.hpp"
+#include "host/common/plane_fft.hpp"
 #include "host/reference/propagation.hpp"
 #include "tests/support/devices.hpp"
 

@@ -10,7 +10,7 @@
 
 #include "host/common/npy.hpp"
 #include "host/scene/image.hpp"
-#include "host/view/frame.hpp"
+#include "host/view/colour_picture.hpp"
 #include "tests/support/program.hpp"
 
 namespace raywave {

@@ -5,7 +5,6 @@
 #include <locale>
 #include <string>
 
-#include "host/common/format.hpp"
 #include "host/common/memory_need.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/german.hpp"

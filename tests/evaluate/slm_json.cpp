@@ -1,8 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/evaluate/slm_json.hpp"
-
 #include <nlohmann/json.hpp>
 
+#include "host/evaluate/report.hpp"
 #include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"

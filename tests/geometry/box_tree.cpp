@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/geometry/box_tree.hpp"
-
 #include <algorithm>
 #include <cmath>
 #include <functional>
 #include <random>
 
+#include "host/geometry/ray_tree.hpp"
 #include "tests/support/catch.hpp"
 
 namespace raywave {

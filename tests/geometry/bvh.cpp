@@ -16,7 +16,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/reference/rays.hpp"
 #include "host/reference/surfaces.hpp"
 #include "tests/support/devices.hpp"

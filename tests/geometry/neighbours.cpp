@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/geometry/neighbours.hpp"
-
+#include "host/geometry/normal_cones.hpp"
 #include "host/reference/surfaces.hpp"
 #include "tests/support/catch.hpp"
 

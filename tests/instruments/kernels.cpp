@@ -5,7 +5,7 @@
 #include <regex>
 
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/make_plan.hpp"

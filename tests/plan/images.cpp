@@ -3,7 +3,7 @@
 #include "host/planning/images.hpp"
 
 #include "host/planning/make_plan.hpp"
-#include "host/reference/stage.hpp"
+#include "host/reference/surfaces.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/scenes.hpp"
 

@@ -7,8 +7,8 @@
 #include "host/propagate/propagator.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/pipeline.hpp"
+#include "host/trace/gather_options.hpp"
 #include "host/trace/gatherer.hpp"
-#include "host/trace/precision_option.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;

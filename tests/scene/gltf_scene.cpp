@@ -4,7 +4,7 @@
 
 #include <glm/common.hpp>
 
-#include "host/geometry/cut_mesh.hpp"
+#include "host/geometry/deform.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/scene.hpp"
 
-#include "host/scene/eyepiece.hpp"
 #include "tests/scene/workshop.hpp"
 
 using namespace raywave;

@@ -1,6 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/scene/spectrum.hpp"
-
 #include <cmath>
 #include <string>
 

@@ -2,7 +2,7 @@
 /// A hologram's picture against that of a lens.
 #pragma once
 
-#include "host/reference/stage.hpp"
+#include "host/reference/surfaces.hpp"
 #include "host/render.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/compare.hpp"

@@ -9,7 +9,6 @@
 #include <numbers>
 
 #include "host/reference/gathering.hpp"
-#include "host/reference/stage.hpp"
 #include "host/reference/surfaces.hpp"
 #include "host/trace/gatherer.hpp"
 #include "tests/support/devices.hpp"

@@ -9,7 +9,7 @@
 #include "host/reference/lens.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
-#include "host/reference/stage.hpp"
+#include "host/reference/surfaces.hpp"
 #include "host/view/lens.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/gltf.hpp"

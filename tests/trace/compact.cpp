@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Compact propagation: samples on virtual planes, and these planes at the hologram.
-#include "host/reference/compact.hpp"
-
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/carriers/virtual_planes/compact_propagator.hpp"
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/plan/precision.hpp"
+#include "host/reference/gathering.hpp"
 #include "host/reference/shading.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"

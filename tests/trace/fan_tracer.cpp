@@ -1,11 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // trace_fan against host/reference/shading.hpp, pixel by pixel.
-#include "host/trace/fan_tracer.hpp"
-
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/scene/image.hpp"
+#include "host/trace/gatherer.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 

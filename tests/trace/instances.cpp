@@ -1,7 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/instances.hpp"
 
-#include "host/evaluate/selftest/ray_caster.hpp"
+#include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/normal_cones.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/rays.hpp"

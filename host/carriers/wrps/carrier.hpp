@@ -6,7 +6,6 @@
 #include <optional>
 
 #include "host/carriers/plane_carrier.hpp"
-#include "host/carriers/plane_source.hpp"
 #include "host/propagate/propagator.hpp"
 
 namespace raywave {

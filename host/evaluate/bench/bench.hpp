@@ -13,7 +13,7 @@
 
 #include "cl/fft.hpp"
 #include "host/evaluate/quality.hpp"
-#include "host/evaluate/spread.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 

@@ -3,10 +3,9 @@
 #include <cmath>
 #include <nlohmann/json.hpp>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/bench/bench.hpp"
-#include "host/evaluate/device_json.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/render.hpp"
 #include "raywave_version.hpp"
 

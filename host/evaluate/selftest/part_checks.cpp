@@ -7,7 +7,6 @@
 
 #include "cl/fft.hpp"
 #include "host/encode/encode.hpp"
-#include "host/evaluate/selftest/ray_caster.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
 #include "host/propagate/propagator.hpp"

@@ -11,7 +11,6 @@
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/evaluate/selftest/selftest.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/reference/compact.hpp"
 #include "host/reference/gathering.hpp"
 #include "host/reference/lens.hpp"
 #include "host/reference/samples.hpp"

@@ -7,9 +7,8 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/device_json.hpp"
+#include "host/evaluate/report.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {

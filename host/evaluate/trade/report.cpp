@@ -1,11 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
+#include "host/evaluate/report.hpp"
+
 #include <algorithm>
 #include <array>
 #include <nlohmann/json.hpp>
 
-#include "host/common/format.hpp"
 #include "host/common/text.hpp"
-#include "host/evaluate/device_json.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "host/plan/precision.hpp"
 #include "raywave_version.hpp"

@@ -5,7 +5,6 @@
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
-#include "host/evaluate/spread.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "host/planning/make_plan.hpp"

@@ -9,7 +9,6 @@
 #include <string_view>
 
 #include "host/common/error.hpp"
-#include "host/scene/reader/oiio_name.hpp"
 #include "host/scene/reader/picture.hpp"
 
 namespace raywave {

@@ -6,7 +6,7 @@
 #include <string>
 #include <vector>
 
-#include "host/scene/reader_pipe.hpp"
+#include "host/scene/reader_reply.hpp"
 
 namespace raywave {
 

@@ -40,4 +40,12 @@ int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m);
 /// none. Phong's lobe cos^m over an angle v / z is exp(-m v^2 / (2 z^2)), its amplitude the root.
 double sharpest_highlight(const Plan& plan);
 
+// On how many scan lines a sample's light is known before it is interpolated.
+
+/// As few scan lines as add little to what the window leaves wrong, unless their number is given,
+/// with the errors of all; what samples with highlights need.
+///
+/// moved_from  the same scene before its objects moved; null: it has not
+void choose_lines(Plan& plan, bool lines_are_given, const Plan* moved_from);
+
 }  // namespace raywave

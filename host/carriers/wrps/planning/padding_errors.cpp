@@ -11,7 +11,7 @@
 #include <random>
 
 #include "host/common/fft_backend.hpp"
-#include "host/common/line_fft.hpp"
+#include "host/common/plane_fft.hpp"
 #include "host/plan/footprint.hpp"
 
 namespace raywave {

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/evaluate/spread.hpp"
+#include "host/evaluate/stopwatch.hpp"
 
 #include <algorithm>
 #include <cmath>

@@ -1,5 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/trace/precision_option.hpp"
+#include "host/trace/gather_options.hpp"
 
 namespace raywave {
 
