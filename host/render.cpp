@@ -353,14 +353,6 @@ void Renderer::State::report(const Laser& laser, const std::string& what, double
 Renderer::Renderer(const cl::Device& device, Scene scene, RenderOptions options)
     : state_(std::make_unique<State>(device, std::vector{std::move(scene)}, std::nullopt,
                                      std::move(options))) {}
-Renderer::Renderer(const cl::Device& device, Scene scene, const Meshes& meshes,
-                   RenderOptions options)
-    : Renderer(device, scene, place_objects(scene, meshes, load_textures(scene)),
-               std::move(options)) {}
-Renderer::Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
-                   RenderOptions options)
-    : Renderer(device, scene, place_objects(scene, files.meshes, files.textures),
-               std::move(options)) {}
 Renderer::Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options)
     : Renderer(device, std::vector{std::move(scene)}, std::move(world), std::move(options)) {}
 Renderer::Renderer(const cl::Device& device, std::vector<Scene> scenes, World world,

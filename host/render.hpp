@@ -166,11 +166,6 @@ class Renderer {
 public:
   /// throws  InputError for the scene, DeviceError for the device
   Renderer(const cl::Device& device, Scene scene, RenderOptions options = {});
-  /// Takes meshes that are already in memory, as finish_mesh returns them; only textures are read.
-  Renderer(const cl::Device& device, Scene scene, const Meshes& meshes, RenderOptions options = {});
-  /// Takes files that are already in memory; no file is read.
-  Renderer(const cl::Device& device, Scene scene, const SceneFiles& files,
-           RenderOptions options = {});
   /// Takes a world that place_objects has made; no file is read.
   Renderer(const cl::Device& device, Scene scene, World world, RenderOptions options = {});
   /// The same of several lasers. Each has planes and fields of its own, and may take its share of

@@ -36,8 +36,8 @@ Scene with_frames(Scene scene, const Schedule& schedule) {
   return scene;
 }
 
-nlohmann::ordered_json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
-nlohmann::ordered_json json_of(const glm::dvec2& v) { return {v.x, v.y}; }
+Json json_of(const glm::dvec3& v) { return {v.x, v.y, v.z}; }
+Json json_of(const glm::dvec2& v) { return {v.x, v.y}; }
 
 }  // namespace
 
@@ -266,17 +266,16 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
   return made;
 }
 
-nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
-                                         const RenderResult& result) const {
+Json Animator::line_of(int picture, const Scene& scene, const RenderResult& result) const {
   const auto& animation = scene.animation.value();
-  nlohmann::ordered_json line{{"picture", picture},
-                              {"time_s", picture / animation.rate_per_s},
-                              {"seed", result.plan.hologram.seed},
-                              {"samples", result.samples},
-                              {"near_m", result.plan.extent.near_m},
-                              {"far_m", result.plan.extent.far_m},
-                              {"planes", result.plan.wrps.size()}};
-  auto& objects = line["objects"] = nlohmann::ordered_json::array();
+  Json line{{"picture", picture},
+            {"time_s", picture / animation.rate_per_s},
+            {"seed", result.plan.hologram.seed},
+            {"samples", result.samples},
+            {"near_m", result.plan.extent.near_m},
+            {"far_m", result.plan.extent.far_m},
+            {"planes", result.plan.wrps.size()}};
+  auto& objects = line["objects"] = Json::array();
   for (const auto i : moving_objects(animation)) {
     const auto& object = scene.objects[i];
     objects.push_back({{"object", i},
@@ -285,7 +284,7 @@ nlohmann::ordered_json Animator::line_of(int picture, const Scene& scene,
                        {"scale", object.solid_scale.value()}});
     if (object.shape && !object.deforms) objects.back()["mesh"] = *object.shape;
   }
-  auto& lights = line["lights"] = nlohmann::ordered_json::array();
+  auto& lights = line["lights"] = Json::array();
   for (const auto i : moving_lights(animation)) {
     const auto& light = scene.lights[i];
     lights.push_back({{"light", i}, {"intensity", light.intensity}});

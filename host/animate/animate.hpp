@@ -6,7 +6,6 @@
 #include <functional>
 #include <map>
 #include <memory>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -15,6 +14,7 @@
 #include "cl/fft.hpp"
 #include "host/animate/frame_files.hpp"
 #include "host/animate/timeline.hpp"
+#include "host/common/json.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/render.hpp"
@@ -95,7 +95,7 @@ private:
   Scale brightest(Renderer& renderer) const;
   /// Radiant power of a laser that a picture needs; those of white have the sum 1.
   double power_of(const Laser& laser, const RenderResult& result, int picture) const;
-  nlohmann::ordered_json line_of(int picture, const Scene& scene, const RenderResult& result) const;
+  Json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;
   std::vector<Laser> lasers_;  // one of one wavelength

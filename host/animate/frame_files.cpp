@@ -67,8 +67,6 @@ void sync(int descriptor, const fs::path& file) {
     refuse(file);
 }
 
-using Json = nlohmann::ordered_json;
-
 /// Values of a line that may be damaged: empty where there is none of this type.
 std::optional<std::int64_t> integer_of(const Json& json, const char* key) {
   const auto found = json.find(key);
@@ -208,12 +206,11 @@ std::string FrameFiles::digest_in_stream(int hologram) const {
   return stream.gcount() == bytes ? digest_of(levels) : "";
 }
 
-void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
-                     nlohmann::ordered_json line) {
-  auto list = nlohmann::ordered_json::array();
+void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms, Json line) {
+  auto list = Json::array();
   int number = next_place();
   for (const auto& levels : holograms) {
-    nlohmann::ordered_json entry{{"number", number}};
+    Json entry{{"number", number}};
     if (storage_ == FrameStorage::pngs) {
       const auto name = name_of(number);
       uncompressed_png(size_.x, size_.y, levels, png_);
@@ -230,8 +227,7 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms,
   if (storage_ == FrameStorage::stream) sync(stream_, partial_stream());
   line["run"] = run_;
   line["holograms"] = std::move(list);
-  append(report_,
-         line.dump(-1, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n",
+  append(report_, line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n",
          folder_ / report_name);
   ++pictures_;
   holograms_ += static_cast<int>(holograms.size());

@@ -11,11 +11,12 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <mutex>
-#include <nlohmann/json_fwd.hpp>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
+
+#include "host/common/json.hpp"
 
 namespace raywave {
 
@@ -67,7 +68,7 @@ public:
   /// place in the stream, digest) are added.
   ///
   /// throws  InputError when something cannot be written; the picture is then not there
-  void add(std::span<const std::vector<std::uint8_t>> holograms, nlohmann::ordered_json line);
+  void add(std::span<const std::vector<std::uint8_t>> holograms, Json line);
 
   /// Gives the stream its name, after the last picture.
   void finish();
@@ -92,7 +93,7 @@ private:
   /// Whether a line is that of the next picture, and its holograms are there and as it says.
   ///
   /// count  receives their number
-  bool is_whole(const nlohmann::ordered_json& line, int& count) const;
+  bool is_whole(const Json& line, int& count) const;
   /// hologram  of those that the stream holds
   std::string digest_in_stream(int hologram) const;
   std::filesystem::path partial_stream() const;

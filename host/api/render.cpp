@@ -82,7 +82,7 @@ std::shared_ptr<const Scene::State> chosen(const Scene::State& scene,
   return state;
 }
 
-std::string text_of(const nlohmann::ordered_json& report) { return report.dump(2) + "\n"; }
+std::string text_of(const Json& report) { return report.dump(2) + "\n"; }
 
 /// scene  with the values chosen
 Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,

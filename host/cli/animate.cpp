@@ -123,7 +123,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     return one;
   };
   const auto names = animator.laser_names();
-  nlohmann::ordered_json json;
+  Json json;
   if (names.empty()) {
     json = json_of(0);
   } else {
@@ -137,7 +137,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
   }
   const auto size = animator.stored_size();
   const int holograms = schedule.first_of(there.end) - schedule.first_of(there.first);
-  auto shape = nlohmann::ordered_json::array({holograms, size.y, size.x});
+  auto shape = Json::array({holograms, size.y, size.x});
   if (!names.empty()) shape.insert(shape.begin() + 1, names.size());
   json["animation"] = {{"run", run},
                        {"pictures", schedule.pictures()},
@@ -257,13 +257,13 @@ void run_animate(const AnimateArguments& options) {
   else if (options.report.prints_text())
     std::printf("pictures %d to %d, of 0 to %d; videos are made of all of them\n", there.first,
                 there.end - 1, animator->schedule().pictures() - 1);
-  options.report.write(nlohmann::ordered_json{{"pictures_found", found},
-                                              {"pictures", made.pictures},
-                                              {"holograms", made.holograms},
-                                              {"seconds", made.seconds},
-                                              {"holograms_per_s", per_s},
-                                              {"processor_seconds", made.processor_seconds},
-                                              {"notes", notes}});
+  options.report.write(Json{{"pictures_found", found},
+                            {"pictures", made.pictures},
+                            {"holograms", made.holograms},
+                            {"seconds", made.seconds},
+                            {"holograms_per_s", per_s},
+                            {"processor_seconds", made.processor_seconds},
+                            {"notes", notes}});
 }
 
 }  // namespace

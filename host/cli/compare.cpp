@@ -19,8 +19,6 @@ namespace raywave::cli {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct CompareArguments {
   std::string a, b, out, blur, pitch, domain = "intensity";
   std::vector<int> region;

@@ -21,7 +21,7 @@ std::vector<std::string> backends_of(const cl::DeviceInfo& device) {
   return names;
 }
 
-nlohmann::ordered_json json_of(const cl::DeviceInfo& d, bool is_default) {
+Json json_of(const cl::DeviceInfo& d, bool is_default) {
   return {{"index", d.index},
           {"name", d.name},
           {"platform", d.platform},
@@ -59,7 +59,7 @@ void print(const cl::DeviceInfo& d, bool is_default) {
 void run_devices(const ReportOptions& report) {
   const auto devices = cl::list_devices();
   const auto chosen = cl::find_device().index;  // where there is none, the error says what to do
-  auto list = nlohmann::ordered_json::array();
+  auto list = Json::array();
   for (const auto& device : devices) {
     const bool is_default = device.index == chosen;
     if (report.prints_text()) print(device, is_default);

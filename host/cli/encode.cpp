@@ -89,7 +89,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
   const auto format = picture_format_of(options.format);
   const auto lasers = encode_each<Level>(holograms, options.device);
   std::vector<double> powers;
-  nlohmann::ordered_json report;
+  Json report;
   if (holograms.lasers) {
     powers = powers_of(holograms.lasers->lasers, lasers);
     report["colour"] =

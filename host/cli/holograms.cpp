@@ -212,8 +212,8 @@ FinishedRender::FinishedRender(const std::filesystem::path& file) {
   const auto lasers = lasers_of_report(file);
   try {
     std::ifstream in(file);
-    report = nlohmann::ordered_json::parse(in);
-    const auto report_of = [&](std::size_t laser) -> const nlohmann::ordered_json& {
+    report = Json::parse(in);
+    const auto report_of = [&](std::size_t laser) -> const Json& {
       return lasers ? report.at("colour").at("lasers").at(laser).at("report") : report;
     };
     const auto& told = report_of(0).at("scene");
@@ -280,9 +280,8 @@ template std::vector<std::uint8_t> load_hologram_levels(const std::filesystem::p
 template std::vector<std::uint16_t> load_hologram_levels(const std::filesystem::path&,
                                                          const SlmSpec&, glm::ivec2*);
 
-nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
-                                      PictureFormat format,
-                                      const std::vector<std::string>& pictures) {
+Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
+                    PictureFormat format, const std::vector<std::string>& pictures) {
   return {{"scene",
            {{"hologram",
              {{"resolution", {hologram.resolution.x, hologram.resolution.y}},

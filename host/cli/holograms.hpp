@@ -68,7 +68,7 @@ struct LaserHolograms {
 struct FinishedRender {
   std::vector<Scene> scenes;
   Rendered rendered;
-  nlohmann::ordered_json report;
+  Json report;
 
   /// throws  InputError where the scene was changed since, or a file is missing or another's
   explicit FinishedRender(const std::filesystem::path& file);
@@ -85,9 +85,8 @@ std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const
 
 /// The report.json beside pictures that were not rendered: what reconstruct and encode need to know
 /// of them.
-nlohmann::ordered_json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
-                                      PictureFormat format,
-                                      const std::vector<std::string>& pictures);
+Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
+                    PictureFormat format, const std::vector<std::string>& pictures);
 
 /// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
 /// flipped as the SLM wants them. Returns the file's name.

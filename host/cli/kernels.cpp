@@ -94,8 +94,8 @@ void run_kernels(const KernelsArguments& options) {
                 options.sources ? "as sources" : ("for " + info.name).c_str());
     for (const auto& file : files) std::printf("  %s\n", file.c_str());
   }
-  options.report.write(nlohmann::ordered_json{
-      {"device", info.name}, {"sources", options.sources}, {"programs", files}});
+  options.report.write(
+      Json{{"device", info.name}, {"sources", options.sources}, {"programs", files}});
 }
 
 }  // namespace

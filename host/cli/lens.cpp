@@ -57,8 +57,8 @@ std::vector<Image> seen_by_lens(const cl::Device& device, const Lasers& plans, D
   return images;
 }
 
-nlohmann::ordered_json save(const LensArguments& options, const std::vector<Scene>& scenes,
-                            const std::vector<Image>& images, const std::string& name, double z_m) {
+Json save(const LensArguments& options, const std::vector<Scene>& scenes,
+          const std::vector<Image>& images, const std::string& name, double z_m) {
   return scenes.size() == 1
              ? options.view.save(images, name, z_m, "radiance", options.report)
              : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images).channels, name,
@@ -79,7 +79,7 @@ void run_lens(const LensArguments& options) {
   const auto world = build_world(scenes[0]);
   const auto plans = plans_of(scenes, world);
   DeviceScene arrays(device, world, plans[0], false);
-  auto pictures = nlohmann::ordered_json::array();
+  auto pictures = Json::array();
   Forecast forecast;
   const auto all = static_cast<double>(plans.size());
   for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
@@ -97,7 +97,7 @@ void run_lens(const LensArguments& options) {
     }
     pictures.push_back(save(options, scenes, images, name, z_m));
   }
-  options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
+  options.report.write(Json{{"pictures", pictures}});
 }
 
 /// All of the scene that the pixels can show, in the plane z_m around the axis: a tenth more than

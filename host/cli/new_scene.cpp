@@ -174,7 +174,7 @@ void run_new(const NewArguments& options) {
   if (options.report.prints_text())
     std::printf("%s  next: raywave preview %s, raywave plan %s\n", options.out.c_str(),
                 options.out.c_str(), options.out.c_str());
-  options.report.write(nlohmann::ordered_json{{"scene", options.out}, {"warnings", warnings}});
+  options.report.write(Json{{"scene", options.out}, {"warnings", warnings}});
 }
 
 }  // namespace

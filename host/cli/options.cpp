@@ -22,8 +22,6 @@
 namespace raywave::cli {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr std::array presets{Preset::draft, Preset::balanced, Preset::accurate, Preset::reference};
 
 /// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.

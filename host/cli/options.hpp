@@ -10,7 +10,6 @@
 #include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
@@ -19,6 +18,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
+#include "host/common/json.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene.hpp"
@@ -40,7 +40,7 @@ struct ReportOptions {
   /// Writes the JSON to where --json asks for it, if it does. A file is written whole or not at
   /// all.
   void write(const std::string& text) const;
-  void write(const nlohmann::ordered_json& value) const;
+  void write(const Json& value) const;
 };
 
 /// Loads the scenes of all lasers and prints their notes. With `strict` all that is not understood
@@ -142,9 +142,8 @@ struct ViewOptions {
   ///
   /// blur_px   of the PNG, which is what is seen: standard deviation
   /// channels  in the hologram's frame; one, or red, green, blue: PNGs are sRGB, EXRs linear sRGB
-  nlohmann::ordered_json save(std::span<const Image> channels, const std::string& name, double z_m,
-                              const char* quantity, const ReportOptions& report,
-                              double blur_px = 0) const;
+  Json save(std::span<const Image> channels, const std::string& name, double z_m,
+            const char* quantity, const ReportOptions& report, double blur_px = 0) const;
 };
 
 /// "by an eye" and so on: from where a picture is seen.

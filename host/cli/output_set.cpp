@@ -11,12 +11,11 @@
 
 namespace raywave::cli {
 
-std::string OutputSet::finish(nlohmann::ordered_json report) {
+std::string OutputSet::finish(Json report) {
   auto& files = report["files"];
   for (const auto& name : names_) files[name] = digest_of_file(folder_ / name);
   // Names of devices come from drivers, in any encoding
-  const auto text =
-      report.dump(2, ' ', false, nlohmann::ordered_json::error_handler_t::replace) + "\n";
+  const auto text = report.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
   write_text(folder_ / "report.json", text);
   names_.emplace_back("report.json");
   return text;

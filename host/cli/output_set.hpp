@@ -2,11 +2,11 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "host/common/json.hpp"
 #include "host/common/output.hpp"
 
 namespace raywave::cli {
@@ -22,7 +22,7 @@ public:
   /// Notes a file that was written into the folder.
   void add(std::string name) { names_.push_back(std::move(name)); }
   /// Writes report.json with `files`: name and digest of each. Returns its text.
-  std::string finish(nlohmann::ordered_json report);
+  std::string finish(Json report);
   /// Prints the files, a line each.
   void print() const;
 

@@ -81,7 +81,7 @@ void run_reconstruct(const ReconstructArguments& options) {
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
-  auto pictures = nlohmann::ordered_json::array();
+  auto pictures = Json::array();
   for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
     const double z_m = what.z_m = depths_m[depth];
     const auto name = name_at_depth("reconstruction", options.depths.z[depth], z_m);
@@ -105,7 +105,7 @@ void run_reconstruct(const ReconstructArguments& options) {
                                          name, z_m, "light", options.report, blur)
                      : options.view.save(light, name, z_m, "intensity", options.report, blur));
   }
-  options.report.write(nlohmann::ordered_json{{"pictures", pictures}});
+  options.report.write(Json{{"pictures", pictures}});
 }
 
 }  // namespace

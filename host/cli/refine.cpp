@@ -34,8 +34,6 @@ namespace raywave::cli {
 
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 struct RefineArguments {
   std::string input, targets, start, out, blur, budget;
   std::vector<std::string> set;

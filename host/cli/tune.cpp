@@ -39,9 +39,8 @@ void print_trial(const ShapeTrial& trial) {
   std::fflush(stdout);
 }
 
-nlohmann::ordered_json json_of(const ShapeTrial& trial) {
-  nlohmann::ordered_json j{
-      {"knob", trial.knob}, {"work", raywave::json_of(trial.shape)}, {"kept", trial.kept}};
+Json json_of(const ShapeTrial& trial) {
+  Json j{{"knob", trial.knob}, {"work", raywave::json_of(trial.shape)}, {"kept", trial.kept}};
   if (!trial.refused.empty()) {
     j["refused"] = trial.refused;
   } else {
@@ -62,7 +61,7 @@ void run_tune(const TuneArguments& options) {
   const auto backend = options.device.backend(info);
   const auto start = std::chrono::steady_clock::now();
   const bool text = options.report.prints_text();
-  auto trials = nlohmann::ordered_json::array();
+  auto trials = Json::array();
   if (text)
     std::printf("%s\nsamples and gathering of a picture, median (quartiles)\n", info.name.c_str());
   info.work = choose_work(info, backend, [&](const ShapeTrial& trial) {
@@ -82,16 +81,16 @@ void run_tune(const TuneArguments& options) {
         tuning_file(info).c_str(),
         std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count());
   }
-  options.report.write(nlohmann::ordered_json{{"device", rates.device},
-                                              {"ray_s", rates.ray_s},
-                                              {"shadow_ray_s", rates.shadow_ray_s},
-                                              {"node_s", rates.node_s},
-                                              {"pair_s", rates.pair_s},
-                                              {"pixel_s", rates.pixel_s},
-                                              {"butterfly_s", rates.butterfly_s},
-                                              {"level_s", rates.level_s},
-                                              {"work", raywave::json_of(*info.work)},
-                                              {"trials", trials}});
+  options.report.write(Json{{"device", rates.device},
+                            {"ray_s", rates.ray_s},
+                            {"shadow_ray_s", rates.shadow_ray_s},
+                            {"node_s", rates.node_s},
+                            {"pair_s", rates.pair_s},
+                            {"pixel_s", rates.pixel_s},
+                            {"butterfly_s", rates.butterfly_s},
+                            {"level_s", rates.level_s},
+                            {"work", raywave::json_of(*info.work)},
+                            {"trials", trials}});
 }
 
 }  // namespace

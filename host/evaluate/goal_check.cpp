@@ -114,8 +114,8 @@ std::optional<GoalCheck> check_goal(const cl::Device& device, const Goal& goal,
   return check;
 }
 
-nlohmann::ordered_json json_of(const GoalCheck& check) {
-  nlohmann::ordered_json json;
+Json json_of(const GoalCheck& check) {
+  Json json;
   const auto& goal = check.goal;
   if (goal.psnr_db) json["asked_psnr_db"] = *goal.psnr_db;
   if (goal.preset) json["preset"] = name_of(*goal.preset);
@@ -130,7 +130,7 @@ nlohmann::ordered_json json_of(const GoalCheck& check) {
   return json;
 }
 
-GoalCheck goal_of_json(const nlohmann::ordered_json& json) {
+GoalCheck goal_of_json(const Json& json) {
   GoalCheck check;
   const auto take = [&](const char* key, std::optional<double>& value) {
     if (json.contains(key)) value = json.at(key).get<double>();

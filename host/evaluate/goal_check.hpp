@@ -2,11 +2,11 @@
 /// Whether a hologram shows what a goal asked for.
 #pragma once
 
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/common/json.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/forecast/presets.hpp"
 
@@ -55,8 +55,8 @@ std::optional<GoalCheck> check_goal(const cl::Device& device, const Goal& goal,
                                     const std::vector<Planned>& planned, const World& world,
                                     Rendered& rendered, const RenderOptions& how);
 
-nlohmann::ordered_json json_of(const GoalCheck& check);
+Json json_of(const GoalCheck& check);
 /// What a report has as its goal, without what was measured.
-GoalCheck goal_of_json(const nlohmann::ordered_json& json);
+GoalCheck goal_of_json(const Json& json);
 
 }  // namespace raywave

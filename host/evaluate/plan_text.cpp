@@ -328,8 +328,6 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
     out << "warning   " << warning << "\n";
 }
 
-using Json = nlohmann::ordered_json;
-
 Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
 Json json_of(glm::dvec3 v) { return Json::array({v.x, v.y, v.z}); }
 

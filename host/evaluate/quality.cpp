@@ -18,8 +18,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 using ImageList = std::vector<Image>;
 
 Image without_border(const Image& image, int border) {

@@ -12,11 +12,11 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <map>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/common/json.hpp"
 #include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/colour_picture.hpp"
@@ -153,13 +153,12 @@ Sheet picture_sheet(const std::vector<std::vector<std::vector<Image>>>& rows,
 Sheet contact_sheet(const QualityResult& result, Frame frame = Frame::eye);
 
 /// What compared fields and the colours of compared pictures have in all reports.
-nlohmann::ordered_json json_of(const FieldComparison& figures);
-nlohmann::ordered_json json_of(const PictureWindow& window);
-nlohmann::ordered_json delta_e_json(const ColourComparison& figures);
+Json json_of(const FieldComparison& figures);
+Json json_of(const PictureWindow& window);
+Json delta_e_json(const ColourComparison& figures);
 
 /// All figures as JSON, with report_json as "render".
-nlohmann::ordered_json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
-                                    const cl::DeviceInfo& device, const RenderOptions& how,
-                                    const QualitySpec& what);
+Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
+                  const cl::DeviceInfo& device, const RenderOptions& how, const QualitySpec& what);
 
 }  // namespace raywave

@@ -13,8 +13,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Pixels whose surroundings, 9 x 9 pixels, are bright and even to 3 % of the peak.
 std::vector<bool> even_part(const Image& picture) {
   constexpr int reach = 4;

@@ -4,13 +4,13 @@
 #pragma once
 
 #include <functional>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "cl/fft.hpp"
+#include "host/common/json.hpp"
 #include "host/common/npy.hpp"
 #include "host/refine/refine.hpp"
 #include "host/scene/scene.hpp"
@@ -65,6 +65,6 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
 
 /// The table that `raywave refine` prints, and the same as JSON.
 std::string refinement_text(const RefinementFigures& figures, const RefineFigures& loop);
-nlohmann::ordered_json refinement_json(const RefinementFigures& figures, const RefineFigures& loop);
+Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop);
 
 }  // namespace raywave

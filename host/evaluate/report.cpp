@@ -20,8 +20,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 std::uint64_t host_peak_bytes() {
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -269,13 +267,13 @@ HologramSpec hologram_of_report(const std::filesystem::path& report,
   }
 }
 
-nlohmann::ordered_json json_of(const cl::WorkShape& shape) {
-  nlohmann::ordered_json j;
+Json json_of(const cl::WorkShape& shape) {
+  Json j;
   for (const auto& knob : work_knobs) j[knob.name] = shape.*knob.value;
   return j;
 }
 
-nlohmann::ordered_json json_of(const cl::DeviceInfo& device) {
+Json json_of(const cl::DeviceInfo& device) {
   return {{"index", device.index},
           {"name", device.name},
           {"platform", device.platform},
@@ -284,8 +282,6 @@ nlohmann::ordered_json json_of(const cl::DeviceInfo& device) {
           {"driver", device.driver},
           {"work", json_of(work_shape(device))}};
 }
-
-using Json = nlohmann::ordered_json;
 
 Json scene_of_report(const Json& report, const std::filesystem::path& name,
                      const std::filesystem::path& file) {

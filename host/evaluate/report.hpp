@@ -5,12 +5,12 @@
 
 #include <filesystem>
 #include <glm/vec2.hpp>
-#include <nlohmann/json_fwd.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "cl/device.hpp"
+#include "host/common/json.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"
@@ -21,8 +21,8 @@ namespace raywave {
 
 /// The report of a laser: effective scene, plan, device, versions, seconds of each stage, peak
 /// memory.
-nlohmann::ordered_json render_report_json(const Scene& scene, const RenderResult& result,
-                                          const cl::DeviceInfo& device, cl::FftBackend fft);
+Json render_report_json(const Scene& scene, const RenderResult& result,
+                        const cl::DeviceInfo& device, cl::FftBackend fft);
 
 /// The files of a laser, beside the report.
 struct LaserFiles {
@@ -34,7 +34,7 @@ struct LaserFiles {
 /// What reports say of the lasers.
 ///
 /// light  that the picture needs of each laser, relative (laser_powers); empty: not known
-nlohmann::ordered_json colour_json(const ColourSpec& colour, const std::vector<double>& light);
+Json colour_json(const ColourSpec& colour, const std::vector<double>& light);
 
 /// How much of the powers that colour.power gives is needed for white; empty where it gives none.
 std::string drive_text(const ColourSpec& colour, const std::vector<double>& light);
@@ -50,18 +50,18 @@ LaserFiles files_of_laser(const RenderResult& laser, const std::string& suffix, 
 /// each.
 ///
 /// files  of each laser, where there are several
-nlohmann::ordered_json report_json(const std::vector<Scene>& scenes, const Rendered& result,
-                                   const std::vector<LaserFiles>& files,
-                                   const cl::DeviceInfo& device, cl::FftBackend fft);
+Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
+                 const std::vector<LaserFiles>& files, const cl::DeviceInfo& device,
+                 cl::FftBackend fft);
 
 /// Parts of the reports.
-nlohmann::ordered_json plan_json(const Plan& plan);
-nlohmann::ordered_json accuracy_json(const AccuracySpec& accuracy, const Plan& plan);
+Json plan_json(const Plan& plan);
+Json accuracy_json(const AccuracySpec& accuracy, const Plan& plan);
 /// What objects' meshes bring, in place of the scene's materials; `objects` are those of the scene.
-void add_found(const std::vector<FoundMaterials>& found, nlohmann::ordered_json& objects);
+void add_found(const std::vector<FoundMaterials>& found, Json& objects);
 
 /// The report of the plans of all lasers, for scenes that have not been rendered.
-nlohmann::ordered_json plan_report_json(const std::vector<Planned>& planned, const World& world);
+Json plan_report_json(const std::vector<Planned>& planned, const World& world);
 std::string plan_report_text(const std::vector<Planned>& planned, const World& world);
 
 /// What a hologram of this wavelength shows: half sides of the field at a depth that light of all
@@ -102,8 +102,8 @@ ViewerSpec viewer_of_report(const std::filesystem::path& report,
 
 // The description of a device in reports.
 
-nlohmann::ordered_json json_of(const cl::WorkShape& shape);
-nlohmann::ordered_json json_of(const cl::DeviceInfo& device);
+Json json_of(const cl::WorkShape& shape);
+Json json_of(const cl::DeviceInfo& device);
 
 // The SLM in report.json: what the pictures beside it were made for.
 
@@ -116,8 +116,7 @@ SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem
 /// "scene" of a report; of several lasers, that of the one whose picture or field the file is.
 ///
 /// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
-nlohmann::ordered_json scene_of_report(const nlohmann::ordered_json& report,
-                                       const std::filesystem::path& name,
-                                       const std::filesystem::path& file);
+Json scene_of_report(const Json& report, const std::filesystem::path& name,
+                     const std::filesystem::path& file);
 
 }  // namespace raywave

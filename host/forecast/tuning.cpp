@@ -66,7 +66,7 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
 }
 
 void store_tuning(const cl::DeviceInfo& device, const Tuning& tuning) {
-  nlohmann::ordered_json j{{"layout", layout}, {"device", device.name}, {"driver", device.driver}};
+  Json j{{"layout", layout}, {"device", device.name}, {"driver", device.driver}};
   for (const auto& key : rate_keys) j["rates"][key.name] = tuning.rates.*key.value;
   for (const auto& knob : work_knobs) j["work"][knob.name] = tuning.work.*knob.value;
   write_text(tuning_file(device), j.dump(2) + "\n");

@@ -195,9 +195,7 @@ Setting position(glm::dvec3& position_m) {
 Setting lengths(const char* key, std::vector<double>& lengths_m, const Range& range, int most) {
   auto made = setting(
       key, lengths_m, [=](const Value& v) { return v.ascending_lengths_m(range, most); },
-      [](const auto& all) {
-        return all.empty() ? nlohmann::ordered_json() : nlohmann::ordered_json(all);
-      });
+      [](const auto& all) { return all.empty() ? Json() : Json(all); });
   made.told_as += "_m";
   return made.or_auto();
 }
@@ -332,7 +330,7 @@ void keys_of(Light& light, const Keys& key) {
   if (is_area && !is_disc)
     key(setting("edges", light.edges_m, edges_m_of,
                 [](const auto& edges_m) {
-                  return nlohmann::ordered_json{told(edges_m[0]), told(edges_m[1])};
+                  return Json{told(edges_m[0]), told(edges_m[1])};
                 })
             .as("edges_m")
             .needing("the sides of a rectangle, for example [[\"20 mm\", 0, 0], [0, \"10 mm\", "

@@ -144,8 +144,8 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
   return terms;
 }
 
-nlohmann::ordered_json told_lut(const Lut& lut) {
-  auto json = nlohmann::ordered_json::array();
+Json told_lut(const Lut& lut) {
+  auto json = Json::array();
   for (std::size_t i = 0; i < lut.values.size(); ++i)
     if (lut.levels.empty())
       json.push_back(lut.values[i]);
@@ -227,7 +227,7 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
     if (std::abs(*slm.lens_m) < 1e-9) v.fail("a focal length other than 0");
   }));
   key(setting("zernike", slm.zernike, zernike_of, [](const std::vector<ZernikeTerm>& terms) {
-        auto json = nlohmann::ordered_json::array();
+        auto json = Json::array();
         for (const auto& term : terms) json.push_back({term.noll, term.turns});
         return json;
       }).or_table(nearest));
@@ -260,9 +260,7 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             return StopSpec{share_of(v), {0, 0}};
           },
           [](const std::optional<StopSpec>& stop) {
-            return stop ? nlohmann::ordered_json{{"size", told(stop->size)},
-                                                 {"centre", told(stop->centre)}}
-                        : nlohmann::ordered_json();
+            return stop ? Json{{"size", told(stop->size)}, {"centre", told(stop->centre)}} : Json();
           })
           .or_word("none"));
   key({"stop_centre", [&](const Value& v) {

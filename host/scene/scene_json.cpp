@@ -9,8 +9,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 glm::dvec2 pair_of(const Json& json) {
   return {json.at(0).get<double>(), json.at(1).get<double>()};
 }

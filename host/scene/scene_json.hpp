@@ -4,26 +4,25 @@
 #pragma once
 
 #include <filesystem>
-#include <nlohmann/json_fwd.hpp>
 
+#include "host/common/json.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
 
-nlohmann::ordered_json json_of(const Scene& scene);
-nlohmann::ordered_json json_of(const SlmSpec& slm);
+Json json_of(const Scene& scene);
+Json json_of(const SlmSpec& slm);
 
 /// The SLM that `json_of` told. The flatness picture is not read.
 ///
 /// throws  InputError, starting with the report's name, for what no scene may say;
 ///         nlohmann::json::exception where something is missing
-SlmSpec slm_of_json(const nlohmann::ordered_json& json, const std::filesystem::path& report);
+SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report);
 
 /// The scene with the settings that `json_of` told, those of its SLM, lights, materials and objects
 /// aside.
 ///
 /// throws  as slm_of_json
-Scene settings_of_json(const nlohmann::ordered_json& json, Scene scene,
-                       const std::filesystem::path& report);
+Scene settings_of_json(const Json& json, Scene scene, const std::filesystem::path& report);
 
 }  // namespace raywave

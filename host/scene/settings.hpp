@@ -24,13 +24,13 @@ struct Setting {
   using Use = std::function<void(const Value&)>;
 
   const char* key;
-  Use convert;                                     // a value into the struct
-  std::function<nlohmann::ordered_json()> json{};  // what the struct has; null: nothing
-  std::string told_as{};                           // name in report.json; empty: it is not told
-  const char* word{};                              // in place of a value: what is there stays
-  const char* needs{};                             // what to give where the key is missing
-  Use then{};                                      // after `convert`
-  std::function<Value(const Value&)> of_table{};   // takes the value out of a table of them
+  Use convert;                                    // a value into the struct
+  std::function<Json()> json{};                   // what the struct has; null: nothing
+  std::string told_as{};                          // name in report.json; empty: it is not told
+  const char* word{};                             // in place of a value: what is there stays
+  const char* needs{};                            // what to give where the key is missing
+  Use then{};                                     // after `convert`
+  std::function<Value(const Value&)> of_table{};  // takes the value out of a table of them
 
   Setting& or_word(const char* text) { return word = text, *this; }
   Setting& or_auto() { return or_word("auto"); }
@@ -85,8 +85,8 @@ Spec read_keys(Section section, Spec spec, const More&... more) {
 
 /// The keys of a struct as report.json tells them, lengths in metres.
 template <class Spec, class... More>
-nlohmann::ordered_json json_of_keys(Spec spec, const More&... more) {
-  auto all = nlohmann::ordered_json::object();
+Json json_of_keys(Spec spec, const More&... more) {
+  auto all = Json::object();
   const Keys key = [&](const Setting& setting) {
     if (setting.told_as.empty()) return;
     if (auto json = setting.json(); !json.is_null())
@@ -100,26 +100,26 @@ nlohmann::ordered_json json_of_keys(Spec spec, const More&... more) {
 
 /// What report.json says of a value.
 template <class T>
-nlohmann::ordered_json told(const T& value) {
+Json told(const T& value) {
   return value;
 }
 template <int N, class T>
-nlohmann::ordered_json told(const glm::vec<N, T>& vector) {
-  auto all = nlohmann::ordered_json::array();
+Json told(const glm::vec<N, T>& vector) {
+  auto all = Json::array();
   for (int i = 0; i < N; ++i) all.push_back(vector[i]);
   return all;
 }
-inline nlohmann::ordered_json told(const std::filesystem::path& file) { return file.string(); }
+inline Json told(const std::filesystem::path& file) { return file.string(); }
 template <class T>
-nlohmann::ordered_json told(const std::optional<T>& value) {
-  return value ? told(*value) : nlohmann::ordered_json();
+Json told(const std::optional<T>& value) {
+  return value ? told(*value) : Json();
 }
 
 /// A key that is converted by `of`, and told by `tell`.
 template <class T, class Of, class Tell>
 Setting setting(const char* key, T& member, Of of, Tell tell) {
   return {key, [&member, of](const Value& v) { member = of(v); },
-          [&member, tell]() -> nlohmann::ordered_json { return tell(member); }, key};
+          [&member, tell]() -> Json { return tell(member); }, key};
 }
 template <class T, class Of>
 Setting setting(const char* key, T& member, Of of) {

@@ -208,8 +208,6 @@ BenchSuite scaling_suite(const std::filesystem::path& data) {
   return suite;
 }
 
-using Json = nlohmann::ordered_json;
-
 /// Runs a program and returns its standard output.
 std::string output_of(const std::string& program, const std::vector<std::string>& arguments) {
   std::vector<std::string> words{program};

@@ -12,8 +12,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Stages with a column of the main table. Other stages count as "rest" there; the JSON lists all
 /// stages.
 constexpr std::array stages{"meshes", "plan", "tree", "samples", "trace", "propagate", "encode"};

@@ -64,13 +64,13 @@ std::string self_test_line(const SelfTestRow& row) {
 
 std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
                            const std::vector<SelfTestRow>& rows) {
-  nlohmann::ordered_json j;
+  Json j;
   j["raywave"] = version;
   j["date"] = today();
   j["size"] = name_of(size);
   j["device"] = json_of(device);
   j["passed"] = all_passed(rows);
-  j["rows"] = nlohmann::ordered_json::array();
+  j["rows"] = Json::array();
   for (const auto& row : rows) {
     j["rows"].push_back({{"part", row.part},
                          {"claim", row.claim},

@@ -14,8 +14,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 template <class T>
 TradeKnob plain(const char* key, T TradeKnobs::*member) {
   return {key, [member](const TradeKnobs& k) { return Json(k.*member); },

@@ -13,9 +13,9 @@ namespace raywave {
 
 struct TradeKnob {
   std::string key;  // "sampling.pitch"; "fft" is no key of the scene
-  std::function<nlohmann::ordered_json(const TradeKnobs&)> get;
+  std::function<Json(const TradeKnobs&)> get;
   // Throws nlohmann's exceptions for what get never gives
-  std::function<void(TradeKnobs&, const nlohmann::ordered_json&)> set;
+  std::function<void(TradeKnobs&, const Json&)> set;
 };
 
 /// At most `most` of the values, evenly spaced, including the first and the last.
@@ -30,8 +30,8 @@ std::vector<T> thinned(std::vector<T> values, std::size_t most) {
 
 const std::vector<TradeKnob>& trade_knobs();
 
-nlohmann::ordered_json json_of(const TradeKnobs& knobs);
-TradeKnobs knobs_of(const nlohmann::ordered_json& json);
+Json json_of(const TradeKnobs& knobs);
+TradeKnobs knobs_of(const Json& json);
 
 /// The knobs of a scene; the precision is the plan's.
 TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft);
@@ -40,7 +40,7 @@ TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft);
 void plan_rows(Trade& trade, const World& world, const TradeSpec& spec);
 
 /// A row as trade_json writes it, and read again.
-nlohmann::ordered_json json_of(const TradeRow& row);
-TradeRow row_of(const nlohmann::ordered_json& json);
+Json json_of(const TradeRow& row);
+TradeRow row_of(const Json& json);
 
 }  // namespace raywave

@@ -13,8 +13,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 /// Stages shown in the CSV and the text; the JSON has more stages.
 constexpr std::array stages{"samples", "trace", "propagate", "encode"};
 

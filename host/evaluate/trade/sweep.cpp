@@ -14,8 +14,6 @@
 namespace raywave {
 namespace {
 
-using Json = nlohmann::ordered_json;
-
 constexpr int fewest_renders = 3, most_renders = 15;
 constexpr double enough_s = 1, long_s = 4;
 
