@@ -4,18 +4,13 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cctype>
 #include <csignal>
-#include <cstdint>
 #include <cstdio>
 #include <cstdlib>
 #include <cstring>
-#include <filesystem>
 #include <sstream>
-#include <string_view>
 #include <tuple>
-#include <utility>
 
 #include "host/common/cache.hpp"
 #include "host/common/environment.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program.hpp"
 
-#include <set>
 #include <sstream>
 #include <utility>
 

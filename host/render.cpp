@@ -4,8 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
-#include <optional>
-#include <span>
 #include <utility>
 
 #include "host/carriers/at_hologram/carrier.hpp"

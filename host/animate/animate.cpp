@@ -5,7 +5,6 @@
 #include <chrono>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
 

@@ -2,8 +2,6 @@
 /// The holograms of a scene that moves (docs/animation.md).
 #pragma once
 
-#include <filesystem>
-#include <functional>
 #include <map>
 #include <memory>
 #include <optional>

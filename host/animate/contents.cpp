@@ -7,7 +7,6 @@
 #include <glm/vec3.hpp>
 #include <map>
 #include <optional>
-#include <string_view>
 #include <type_traits>
 #include <utility>
 #include <vector>

@@ -11,13 +11,9 @@
 #include <array>
 #include <cerrno>
 #include <csignal>
-#include <memory>
-#include <optional>
 #include <sstream>
-#include <string>
 #include <system_error>
 #include <utility>
-#include <vector>
 
 #include "host/common/environment.hpp"
 #include "host/common/error.hpp"

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // raywave new: a first scene for a mesh, which fits before an SLM and plans without a warning.
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>

@@ -7,7 +7,6 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
-#include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <optional>

@@ -11,7 +11,6 @@
 #include <fstream>
 #include <iterator>
 #include <utility>
-#include <vector>
 
 #include "host/common/environment.hpp"
 #include "host/common/error.hpp"

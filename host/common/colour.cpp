@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstddef>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <limits>

@@ -13,7 +13,6 @@
 #include <ctime>
 #include <mutex>
 #include <set>
-#include <string>
 #include <system_error>
 #include <utility>
 

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/threads.hpp"
 
-#include <algorithm>
-
 namespace raywave::cl {
 
 Threads& Threads::shared() {

@@ -6,7 +6,6 @@
 #include <complex>
 #include <cstdint>
 #include <glm/vec2.hpp>
-#include <memory>
 #include <vector>
 
 #include "host/scene/slm.hpp"

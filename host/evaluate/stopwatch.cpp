@@ -2,7 +2,6 @@
 #include "host/evaluate/stopwatch.hpp"
 
 #include <algorithm>
-#include <cmath>
 
 namespace raywave {
 

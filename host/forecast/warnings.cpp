@@ -2,11 +2,9 @@
 #include "host/forecast/warnings.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <numbers>
 
 #include "host/carriers/planning/facts.hpp"

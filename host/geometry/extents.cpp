@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/extents.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <utility>
-#include <vector>
 
 #include "host/common/threads.hpp"
 #include "host/geometry/vertex_tree.hpp"

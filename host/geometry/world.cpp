@@ -9,8 +9,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <optional>
-#include <span>
 #include <stdexcept>
 #include <utility>
 

@@ -4,7 +4,6 @@
 /// from, so that soft shadows are smooth.
 #pragma once
 
-#include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <memory>

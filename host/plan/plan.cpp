@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/plan/plan.hpp"
 
-#include <algorithm>
 #include <glm/common.hpp>
 
 #include "host/geometry/world.hpp"

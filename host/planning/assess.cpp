@@ -5,7 +5,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
-#include <utility>
 
 #include "host/carriers/virtual_planes/planning/errors.hpp"
 #include "host/carriers/virtual_planes/planning/planes.hpp"

@@ -4,7 +4,6 @@
 #pragma once
 
 #include <glm/vec3.hpp>
-#include <vector>
 
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/planning/light_shown.hpp"
 
-#include <algorithm>
 #include <cmath>
 
 #include "host/common/error.hpp"

@@ -2,7 +2,6 @@
 #include "host/planning/memory_needs.hpp"
 
 #include <algorithm>
-#include <numeric>
 
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"

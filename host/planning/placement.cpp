@@ -6,7 +6,6 @@
 #include <glm/common.hpp>
 #include <iterator>
 #include <limits>
-#include <vector>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

@@ -3,7 +3,6 @@
 /// FFTs of whole planes on the device.
 #pragma once
 
-#include <algorithm>
 #include <cstdint>
 #include <memory>
 #include <vector>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/reference/propagation.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <numbers>
 #include <random>

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
-#include <string>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

@@ -12,7 +12,6 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
-#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>

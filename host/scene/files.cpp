@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/files.hpp"
 
-#include <cstddef>
 #include <cstdint>
 #include <filesystem>
 #include <future>

@@ -2,7 +2,6 @@
 #include "host/scene/gltf_scene.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
@@ -10,9 +9,7 @@
 #include <glm/vec4.hpp>
 #include <map>
 #include <numbers>
-#include <optional>
 #include <set>
-#include <string>
 #include <tuple>
 #include <utility>
 

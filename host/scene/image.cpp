@@ -10,7 +10,6 @@
 #include <cstddef>
 #include <stdexcept>
 #include <string_view>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

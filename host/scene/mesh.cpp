@@ -4,17 +4,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 #include <exception>
 #include <glm/geometric.hpp>
 #include <map>
-#include <memory>
 #include <optional>
 #include <set>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/scene.hpp"
 
-#include <algorithm>
-#include <cstddef>
 #include <numbers>
 
 #include "host/common/error.hpp"

@@ -7,7 +7,6 @@
 #include <fstream>
 #include <glm/geometric.hpp>
 #include <string_view>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/npy.hpp"

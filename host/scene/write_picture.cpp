@@ -10,7 +10,6 @@
 #include <tiffio.h>
 
 #include <algorithm>
-#include <array>
 #include <bit>
 #include <csetjmp>
 #include <cstdio>

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/device_scene.hpp"
 
-#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdint>
@@ -9,7 +8,6 @@
 #include <glm/geometric.hpp>
 #include <map>
 #include <stdexcept>
-#include <tuple>
 #include <utility>
 
 #include "host/common/error.hpp"

@@ -2,7 +2,6 @@
 #include "host/trace/gatherer.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>

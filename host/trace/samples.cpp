@@ -2,12 +2,10 @@
 #include "host/trace/samples.hpp"
 
 #include <cmath>
-#include <cstdint>
 #include <cstring>
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <limits>
-#include <vector>
 
 #include "host/common/error.hpp"
 #include "host/geometry/kernel_options.hpp"

@@ -3,7 +3,6 @@
 /// sensor at that depth would see it.
 #pragma once
 
-#include <cstdint>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <optional>

@@ -6,7 +6,6 @@
 #include <glm/mat4x4.hpp>
 #include <map>
 #include <string>
-#include <utility>
 #include <vector>
 
 #include "host/scene/reader/gltf_file.hpp"

@@ -6,7 +6,6 @@
 #include <fstream>
 #include <iterator>
 #include <memory>
-#include <string_view>
 
 #include "host/common/error.hpp"
 #include "host/scene/reader/picture.hpp"

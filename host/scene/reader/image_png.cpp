@@ -4,10 +4,8 @@
 #include <algorithm>
 #include <array>
 #include <cstdio>
-#include <cstring>
 #include <fstream>
 #include <memory>
-#include <stdexcept>
 
 #include "host/common/error.hpp"
 #include "host/scene/reader/picture.hpp"

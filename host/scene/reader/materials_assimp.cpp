@@ -7,9 +7,7 @@
 #include <assimp/texture.h>
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <cstdint>
 #include <glm/common.hpp>
 #include <utility>
 

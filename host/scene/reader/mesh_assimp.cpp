@@ -5,7 +5,6 @@
 #include <assimp/scene.h>
 
 #include <algorithm>
-#include <array>
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <fstream>
@@ -13,7 +12,6 @@
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
-#include <string_view>
 #include <utility>
 #include <vector>
 

@@ -2,7 +2,6 @@
 #include "host/scene/reader/mesh_builder.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <limits>
 #include <utility>

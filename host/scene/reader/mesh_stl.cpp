@@ -2,7 +2,6 @@
 // STL, binary (with the colours of Magics and of VisCAM) and text.
 #include <algorithm>
 #include <array>
-#include <cmath>
 #include <cstring>
 
 #include "host/scene/reader/mesh_builder.hpp"

@@ -12,7 +12,6 @@
 #include <cstdio>
 #include <fstream>
 #include <new>
-#include <stdexcept>
 #include <string_view>
 
 namespace raywave {
