@@ -2,6 +2,7 @@
 /// Device memory with an element type.
 #pragma once
 
+#include <algorithm>
 #include <complex>
 #include <span>
 #include <string>
@@ -164,6 +165,23 @@ void put(const Device& device, Buffer<T>& buffer, const std::vector<T>& data,
     buffer.write(data);
   else
     buffer = {device, std::span<const T>(data), name};
+}
+
+/// Reallocates a buffer that is too small, with an eighth to spare: a moving scene sometimes needs
+/// a little more, and new memory is slow at first. The contents are lost.
+template <class T>
+void make_room(const Device& device, Buffer<T>& buffer, std::size_t size, const char* name) {
+  if (buffer.size() >= size) return;
+  buffer = {};  // frees the old memory first
+  buffer = {device, size + size / 8, name};
+}
+
+/// Writes into the buffer, or into a larger one.
+template <class T>
+void upload(const Device& device, const std::vector<T>& data, Buffer<T>& buffer,
+            const char* name) {
+  make_room(device, buffer, std::max<std::size_t>(data.size(), 1), name);
+  buffer.write(data);
 }
 
 using ComplexBuffer = Buffer<std::complex<float>>;

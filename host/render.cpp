@@ -67,8 +67,6 @@ struct Renderer::State {
   void change(const std::function<void(Scene&)>& change_scene);
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
                 std::optional<double> solid_scale);
-  void set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
-                    std::span<const glm::vec3> normals);
 
   void prepare(Laser& laser);
   void make_plan(Laser& laser);
@@ -140,12 +138,6 @@ void Renderer::State::set_pose(std::size_t object, glm::dvec3 position_m, glm::d
   moved.solid_scale = solid_scale;
   require_pose(world_, object, moved);
   change([&](Scene& scene) { scene.objects[object] = moved; });
-}
-
-void Renderer::State::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
-                                   std::span<const glm::vec3> normals) {
-  raywave::set_vertices(world_, object, positions_m, normals);
-  change([&](Scene& scene) { scene.objects.at(object).shape.reset(); });
 }
 
 /// Makes world, plan, kernels and memory fit where the objects are now, and the laser. Propagation
@@ -380,7 +372,8 @@ void Renderer::set_shape(std::size_t object, double place) {
 
 void Renderer::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
                             std::span<const glm::vec3> normals) {
-  state_->set_vertices(object, positions_m, normals);
+  raywave::set_vertices(state_->world_, object, positions_m, normals);
+  state_->change([&](Scene& one) { one.objects.at(object).shape.reset(); });
 }
 
 void Renderer::set_light(std::size_t light, const Light& value) {

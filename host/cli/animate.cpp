@@ -280,14 +280,11 @@ void add_animate(CLI::App& app) {
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();
   const auto flag = [&](const char* name, bool& value, const char* help) {
-    command->add_flag(name, value, help)->group(group::output);
+    flag(*command, name, value, group::output, help);
   };
-  command
-      ->add_option("--pictures", options->pictures,
-                   "Only these pictures, counted from 0: 12, or 10..20 with both ends; their files "
-                   "are those of the whole animation")
-      ->type_name("N")
-      ->group(group::pictures);
+  option(*command, "--pictures", options->pictures, "N", group::pictures,
+         "Only these pictures, counted from 0: 12, or 10..20 with both ends; their files "
+         "are those of the whole animation");
   flag("--stream", options->stream,
        "Write frames.raw, all holograms one after another, a byte for each pixel, instead of PNGs");
   flag("--restart", options->restart,

@@ -131,36 +131,24 @@ void add_bench(CLI::App& app) {
                               "build/raywave bench --quick --only \"1 WRP\"");
   auto options = std::make_shared<BenchArguments>();
   options->scene.add_to(*command, "Scene file (TOML), in place of a suite");
-  command->add_option("--suite", options->suite, "cpu or gpu, by device, when not given")
-      ->type_name("cpu|gpu|paper|scaling")
-      ->group(group::measurement);
+  option(*command, "--suite", options->suite, "cpu|gpu|paper|scaling", group::measurement,
+         "cpu or gpu, by device, when not given");
   add_only(*command, options->only, "\"1 WRP\"");
-  command
-      ->add_option("--frames", options->bench.frames,
-                   "Frames per row; as many as five seconds hold when not given, 3 to 101")
-      ->type_name("N")
-      ->check(CLI::Range(1, 100000))
-      ->group(group::measurement);
-  command->add_flag("--quick", options->bench.quick, "One second per row, without quality")
-      ->group(group::measurement);
-  command
-      ->add_flag("--no-quality", options->no_quality,
-                 "Leave out the comparison with the ideal lens")
-      ->group(group::measurement);
-  command
-      ->add_option("--data", options->data,
-                   "Folder of the demo scenes; data/ beside the build or here when not given")
-      ->type_name("FOLDER")
-      ->group(group::measurement);
-  command
-      ->add_option("--peers", options->peers,
-                   "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program "
-                   "when not given")
-      ->type_name("FOLDER")
-      ->group(group::measurement);
+  option(*command, "--frames", options->bench.frames, "N", group::measurement,
+         "Frames per row; as many as five seconds hold when not given, 3 to 101")
+      ->check(CLI::Range(1, 100000));
+  flag(*command, "--quick", options->bench.quick, group::measurement,
+       "One second per row, without quality");
+  flag(*command, "--no-quality", options->no_quality, group::measurement,
+       "Leave out the comparison with the ideal lens");
+  option(*command, "--data", options->data, "FOLDER", group::measurement,
+         "Folder of the demo scenes; data/ beside the build or here when not given");
+  option(*command, "--peers", options->peers, "FOLDER", group::measurement,
+         "Folder of peer_embree_fftw and bench_propagation; tests/ beside the program "
+         "when not given");
   add_lens_points(*command, options->bench.lens_points);
   options->device.add_to(*command);
-  command->add_flag("--markdown", options->markdown, "Tables in Markdown")->group(group::output);
+  flag(*command, "--markdown", options->markdown, group::output, "Tables in Markdown");
   options->report.add_to(*command, "all figures");
   command->callback([options] { run_bench(*options); });
 }

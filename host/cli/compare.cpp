@@ -197,31 +197,22 @@ void add_compare(CLI::App& app) {
   command->add_option("B", options->b, "What is judged, of the same kind and size")
       ->type_name("FILE")
       ->required();
-  command
-      ->add_flag("--levels", options->levels,
-                 "PNGs hold the levels of phase holograms: compare them as fields")
-      ->group(group::pictures);
+  flag(*command, "--levels", options->levels, group::pictures,
+       "PNGs hold the levels of phase holograms: compare them as fields");
   add_blur(*command, options->blur, "none");
   auto* blur = command->get_option("--blur");
-  command->add_option("--pitch", options->pitch, "Pixel pitch, for a blur that is a length")
-      ->type_name("LENGTH")
-      ->needs(blur)
-      ->group(group::pictures);
+  option(*command, "--pitch", options->pitch, "LENGTH", group::pictures,
+         "Pixel pitch, for a blur that is a length")
+      ->needs(blur);
   add_border(*command, options->border_px);
-  command
-      ->add_option("--domain", options->domain,
-                   "What pixels are compared as: linear values, their square roots, or values "
-                   "encoded for a screen")
-      ->type_name("intensity|amplitude|srgb")
-      ->capture_default_str()
-      ->group(group::pictures);
-  command
-      ->add_option("--region", options->region,
-                   "Part for the speckle contrast, in pixels: x,y,width,height")
-      ->type_name("X,Y,WIDTH,HEIGHT")
+  option(*command, "--domain", options->domain, "intensity|amplitude|srgb", group::pictures,
+         "What pixels are compared as: linear values, their square roots, or values "
+         "encoded for a screen")
+      ->capture_default_str();
+  option(*command, "--region", options->region, "X,Y,WIDTH,HEIGHT", group::pictures,
+         "Part for the speckle contrast, in pixels: x,y,width,height")
       ->delimiter(',')
-      ->expected(4)
-      ->group(group::pictures);
+      ->expected(4);
   add_output(*command, options->out, "difference.png");
   options->report.add_to(*command, "the figures");
   command->callback([options] { run_compare(*options); });

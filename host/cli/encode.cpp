@@ -155,13 +155,10 @@ void add_encode(CLI::App& app) {
                            "field.npy, or report.json of several lasers for their fields");
   add_set(*command, options->hologram.set);
   options->device.add_device_to(*command);
-  command
-      ->add_option("--format", options->format,
-                   "Of the pictures; rgb-24x1 and the like hold 24 frames of 1 bit ... in one RGB "
-                   "picture, exr and mat hold the field (docs/slm.md)")
-      ->type_name(picture_format_names())
-      ->capture_default_str()
-      ->group(group::output);
+  option(*command, "--format", options->format, picture_format_names(), group::output,
+         "Of the pictures; rgb-24x1 and the like hold 24 frames of 1 bit ... in one RGB "
+         "picture, exr and mat hold the field (docs/slm.md)")
+      ->capture_default_str();
   add_output(*command, options->out, "hologram.png ... and report.json")->required();
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_encode(*options); });

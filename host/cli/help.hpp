@@ -39,6 +39,21 @@ std::shared_ptr<CLI::FormatterBase> help_formatter();
 CLI::App* add_command(CLI::App& app, const char* section, const char* name, const char* description,
                       const std::string& example);
 
+/// An option under a heading of a command's help.
+///
+/// placeholder  of its value: "LENGTH"
+template <class Value>
+CLI::Option* option(CLI::App& command, const std::string& names, Value& value,
+                    const std::string& placeholder, const char* group, const std::string& help) {
+  return command.add_option(names, value, help)->type_name(placeholder)->group(group);
+}
+
+template <class Value>
+CLI::Option* flag(CLI::App& command, const std::string& names, Value& value, const char* group,
+                  const std::string& help) {
+  return command.add_flag(names, value, help)->group(group);
+}
+
 /// "LENGTH" of an option that takes a length: its placeholder, without the checks that CLI11 adds.
 std::string placeholder_of(const CLI::Option& option);
 

@@ -75,21 +75,12 @@ void say_once(const std::string& note) {
 }  // namespace
 
 void PixelOptions::add_to(CLI::App& command) {
-  command
-      .add_option("--pitch", pitch,
-                  "Pixel pitch (one, or x,y); from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
-  command
-      .add_option("--wavelength", wavelength,
-                  "Wavelength; from report.json beside the hologram when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
-  command
-      .add_option("--slm", slm,
-                  "File with section [slm]; from report.json beside the hologram when not given")
-      ->type_name("SCENE")
-      ->group(group::pictures);
+  option(command, "--pitch", pitch, "LENGTH", group::pictures,
+         "Pixel pitch (one, or x,y); from report.json beside the hologram when not given");
+  option(command, "--wavelength", wavelength, "LENGTH", group::pictures,
+         "Wavelength; from report.json beside the hologram when not given");
+  option(command, "--slm", slm, "SCENE", group::pictures,
+         "File with section [slm]; from report.json beside the hologram when not given");
 }
 
 HologramSpec PixelOptions::spec(const std::filesystem::path& hologram, glm::ivec2 size_px) const {

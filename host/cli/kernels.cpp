@@ -115,11 +115,9 @@ void add_kernels(CLI::App& app) {
   add_strict(*command, options->strict);
   options->device.add_device_to(*command);
   add_output(*command, options->folder, "binaries, sources and manifest.tsv")->required();
-  command
-      ->add_flag("--sources", options->sources,
-                 "Only sources and compiler options, as GPUs and FPGAs need them; --device is "
-                 "where the scenes are rendered")
-      ->group(group::output);
+  flag(*command, "--sources", options->sources, group::output,
+       "Only sources and compiler options, as GPUs and FPGAs need them; --device is "
+       "where the scenes are rendered");
   options->report.add_to(*command, "the list of programs");
   command->callback([options] { run_kernels(*options); });
 }

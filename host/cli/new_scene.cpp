@@ -186,16 +186,12 @@ void add_new(CLI::App& app) {
   command->add_option("MESH", options->mesh, "OBJ, PLY, STL, OFF, glTF ...")
       ->type_name("FILE")
       ->required();
-  command
-      ->add_option("--slm", options->slm,
-                   "File whose sections [hologram], [slm], [illumination] and [viewer] are taken; "
-                   "1920 x 1080 pixels of 3.74 um at 638 nm when not given")
-      ->type_name("SCENE")
-      ->group(group::scene);
-  command->add_option("-o,--output", options->out, "The scene file, which must not be there yet")
-      ->type_name("FILE")
-      ->required()
-      ->group(group::output);
+  option(*command, "--slm", options->slm, "SCENE", group::scene,
+         "File whose sections [hologram], [slm], [illumination] and [viewer] are taken; "
+         "1920 x 1080 pixels of 3.74 um at 638 nm when not given");
+  option(*command, "-o,--output", options->out, "FILE", group::output,
+         "The scene file, which must not be there yet")
+      ->required();
   options->report.add_to(*command, "what was written");
   command->callback([options] { run_new(*options); });
 }

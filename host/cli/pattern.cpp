@@ -133,38 +133,26 @@ void add_pattern(CLI::App& app) {
                    "lens, blaze, checker or ramp; docs/slm.md says what to see")
       ->type_name("lens|blaze|checker|ramp")
       ->required();
-  command
-      ->add_option("--slm", options->slm, "File with section [slm]; levels of phase when not given")
-      ->type_name("SCENE")
-      ->group(group::pictures);
+  option(*command, "--slm", options->slm, "SCENE", group::pictures,
+         "File with section [slm]; levels of phase when not given");
   add_set(*command, options->set);
-  command->add_option("--size", options->size, "Pixels of the SLM, e.g. 1920x1080")
-      ->type_name("NXxNY")
-      ->required()
-      ->group(group::pictures);
-  command->add_option("--pitch", options->pitch, "Pixel pitch (one, or x,y)")
-      ->type_name("LENGTH")
-      ->required()
-      ->group(group::pictures);
-  command->add_option("--wavelength", options->wavelength, "Wavelength")
-      ->type_name("LENGTH")
-      ->required()
-      ->group(group::pictures);
-  command
-      ->add_option("--focal", options->focal, "lens: focal length; negative ones spread the light")
-      ->type_name("LENGTH")
-      ->capture_default_str()
-      ->group(group::pictures);
-  command
-      ->add_option("--period", options->period_px,
-                   "blaze: pixels to a turn of phase; checker: pixels to two squares")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(group::pictures);
-  command->add_option("--to", options->to, "blaze: where the light goes, looking along it")
-      ->type_name("right|left|up|down")
-      ->capture_default_str()
-      ->group(group::pictures);
+  option(*command, "--size", options->size, "NXxNY", group::pictures,
+         "Pixels of the SLM, e.g. 1920x1080")
+      ->required();
+  option(*command, "--pitch", options->pitch, "LENGTH", group::pictures,
+         "Pixel pitch (one, or x,y)")
+      ->required();
+  option(*command, "--wavelength", options->wavelength, "LENGTH", group::pictures, "Wavelength")
+      ->required();
+  option(*command, "--focal", options->focal, "LENGTH", group::pictures,
+         "lens: focal length; negative ones spread the light")
+      ->capture_default_str();
+  option(*command, "--period", options->period_px, "N", group::pictures,
+         "blaze: pixels to a turn of phase; checker: pixels to two squares")
+      ->capture_default_str();
+  option(*command, "--to", options->to, "right|left|up|down", group::pictures,
+         "blaze: where the light goes, looking along it")
+      ->capture_default_str();
   options->device.add_device_to(*command);
   add_output(*command, options->out, "the picture and report.json")->required();
   options->report.add_to(*command, "report.json");

@@ -236,10 +236,8 @@ void add_quality(CLI::App& app) {
   options->frame.add_to(*command, "From where quality.png shows the pictures");
   add_border(*command, quality.border_px);
   add_lens_points(*command, quality.lens_points);
-  command
-      ->add_flag("--against-points", quality.against_points,
-                 "Also compare the field with the sum of all points (slow)")
-      ->group(group::pictures);
+  flag(*command, "--against-points", quality.against_points, group::pictures,
+       "Also compare the field with the sum of all points (slow)");
   options->device.add_to(*command);
   add_output(*command, options->out, "quality.png and quality.json");
   options->report.add_to(*command, "quality.json");

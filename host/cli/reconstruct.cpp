@@ -118,25 +118,16 @@ void add_reconstruct(CLI::App& app) {
   options->hologram.add_to(*command,
                            "report.json or hologram.png ... (what the SLM shows, mean of the "
                            "frames), or field.npy");
-  command
-      ->add_flag("--field", options->field,
-                 "Of a report of several lasers: show their fields, which no SLM shows")
-      ->group(group::pictures);
+  flag(*command, "--field", options->field, group::pictures,
+       "Of a report of several lasers: show their fields, which no SLM shows");
   options->depths.add_to(*command, "", "the hologram's");
-  command
-      ->add_option("--eyepiece", options->eyepiece,
-                   "Focal length of the lens that the eye looks through, and its distance from the "
-                   "hologram where it is another; report.json tells them when not given")
-      ->type_name("LENGTH[,LENGTH]")
-      ->group(group::pictures);
-  command
-      ->add_option(
-          "--blur", options->blur,
-          "Blur the PNGs, which show what is seen: eye, by what the viewer makes out, or a "
-          "standard deviation as a length (60um) or in pixels (0px: none)")
-      ->type_name("eye|LENGTH")
-      ->capture_default_str()
-      ->group(group::pictures);
+  option(*command, "--eyepiece", options->eyepiece, "LENGTH[,LENGTH]", group::pictures,
+         "Focal length of the lens that the eye looks through, and its distance from the "
+         "hologram where it is another; report.json tells them when not given");
+  option(*command, "--blur", options->blur, "eye|LENGTH", group::pictures,
+         "Blur the PNGs, which show what is seen: eye, by what the viewer makes out, or a "
+         "standard deviation as a length (60um) or in pixels (0px: none)")
+      ->capture_default_str();
   options->device.add_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "the list of pictures");

@@ -402,47 +402,26 @@ void add_refine(CLI::App& app) {
   add_set(*command, options->set);
   add_strict(*command, options->strict);
   options->goal.add_preset_to(*command);
-  command
-      ->add_option("--iterations", options->iterations,
-                   "Iterations per frame; as many as the pictures need when not given")
-      ->type_name("N")
-      ->check(CLI::Range(1, RefineSettings::most_iterations))
-      ->group(group::refinement);
-  command
-      ->add_option(
-          "--views", options->views,
-          "Also refine this many views through quarters of the hologram: 24 keep all views "
-          "as good as the traced field's")
-      ->type_name("N")
-      ->check(CLI::Range(0, RefineSettings::most_views))
-      ->group(group::refinement);
-  command
-      ->add_option(
-          "--budget", options->budget,
-          "Time for the iterations of all frames and lasers, e.g. 5s; it decides their number")
-      ->type_name("TIME")
-      ->group(group::refinement);
-  command
-      ->add_flag("--brighter", options->is_brighter,
-                 "Bring 0.93 of the light into the picture instead of 0.85, for 1 to 6 dB")
-      ->group(group::refinement);
-  command
-      ->add_option("--start", options->start,
-                   "Begin with the phases of this field instead of the rendered one: goes on where "
-                   "an earlier refined.npy ended; of several lasers, an earlier report.json")
-      ->type_name("FILE")
-      ->group(group::refinement);
-  command
-      ->add_option("--targets", options->targets,
-                   "Folder of the pictures that a field is refined towards, as raywave lens writes "
-                   "them (lens_18.55mm.exr)")
-      ->type_name("FOLDER")
-      ->group(group::refinement);
+  option(*command, "--iterations", options->iterations, "N", group::refinement,
+         "Iterations per frame; as many as the pictures need when not given")
+      ->check(CLI::Range(1, RefineSettings::most_iterations));
+  option(*command, "--views", options->views, "N", group::refinement,
+         "Also refine this many views through quarters of the hologram: 24 keep all views "
+         "as good as the traced field's")
+      ->check(CLI::Range(0, RefineSettings::most_views));
+  option(*command, "--budget", options->budget, "TIME", group::refinement,
+         "Time for the iterations of all frames and lasers, e.g. 5s; it decides their number");
+  flag(*command, "--brighter", options->is_brighter, group::refinement,
+       "Bring 0.93 of the light into the picture instead of 0.85, for 1 to 6 dB");
+  option(*command, "--start", options->start, "FILE", group::refinement,
+         "Begin with the phases of this field instead of the rendered one: goes on where "
+         "an earlier refined.npy ended; of several lasers, an earlier report.json");
+  option(*command, "--targets", options->targets, "FOLDER", group::refinement,
+         "Folder of the pictures that a field is refined towards, as raywave lens writes "
+         "them (lens_18.55mm.exr)");
   options->frame.add_to(*command, "From where the pictures of --targets are seen");
-  command
-      ->add_flag("--table,!--no-table", options->table,
-                 "Compare field, phase and levels with the lens afterwards")
-      ->group(group::refinement);
+  flag(*command, "--table,!--no-table", options->table, group::refinement,
+       "Compare field, phase and levels with the lens afterwards");
   options->depths.add_to(*command, "through the scene and a little beyond", "what the WRPs cover");
   options->pixels.add_to(*command);
   add_blur(*command, options->blur, "0.6 sampling.pitch, for a field 4px");

@@ -210,19 +210,13 @@ void add_render(CLI::App& app) {
   options->method.add_to(*command);
   options->device.add_to(*command);
   add_output(*command, options->out, "hologram.png, field.npy and report.json")->required();
-  command
-      ->add_flag("--save-wrps", options->save_wrps,
-                 "Also write the field of every WRP or virtual plane (wrp_1.npy or "
-                 "virtual_plane_1.npy, ...)")
-      ->group(group::output);
-  command
-      ->add_flag("--no-field", options->no_field,
-                 "Write no field.npy; results take an eighth of the host's memory")
-      ->group(group::output);
-  command
-      ->add_flag("--rgb", options->rgb,
-                 "Of three lasers: also write hologram_rgb.png, whose channels are their holograms")
-      ->group(group::output);
+  flag(*command, "--save-wrps", options->save_wrps, group::output,
+       "Also write the field of every WRP or virtual plane (wrp_1.npy or "
+       "virtual_plane_1.npy, ...)");
+  flag(*command, "--no-field", options->no_field, group::output,
+       "Write no field.npy; results take an eighth of the host's memory");
+  flag(*command, "--rgb", options->rgb, group::output,
+       "Of three lasers: also write hologram_rgb.png, whose channels are their holograms");
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_render(*options); });
 }

@@ -60,16 +60,13 @@ void add_selftest(CLI::App& app) {
                               "Check a device and its driver against double precision",
                               "build/raywave selftest");
   auto options = std::make_shared<SelftestArguments>();
-  command
-      ->add_flag("--full", options->full,
-                 "Minutes instead of seconds: every float, millions of rays, large planes")
-      ->group(group::measurement);
+  flag(*command, "--full", options->full, group::measurement,
+       "Minutes instead of seconds: every float, millions of rays, large planes");
   add_only(*command, options->only, "FFT");
-  command->add_option("--strict", options->strict, "Divide every bound by this")
-      ->type_name("FACTOR")
+  option(*command, "--strict", options->strict, "FACTOR", group::measurement,
+         "Divide every bound by this")
       ->check(CLI::PositiveNumber)
-      ->capture_default_str()
-      ->group(group::measurement);
+      ->capture_default_str();
   options->device.add_device_to(*command);
   options->report.add_to(*command, "the table");
   command->callback([options] { run_selftest(*options); });

@@ -97,25 +97,16 @@ void add_trade(CLI::App& app) {
               "Scene file (TOML); settings that it gives stay as they are, --set KEY=auto frees "
               "them")
       ->required();
-  command->add_flag("--quick", trade.quick, "Fewer values of each setting")
-      ->group(group::measurement);
-  auto* presets =
-      command
-          ->add_flag("--presets", trade.presets,
-                     "Only draft, balanced, accurate and reference, beside what plans predict")
-          ->group(group::measurement);
-  command
-      ->add_flag("--exhaustive", trade.exhaustive,
-                 "All combinations that plans choose among, except those predicted to be far from "
-                 "the frontier (hours; with --quick, fewer)")
-      ->excludes(presets)
-      ->group(group::measurement);
-  command
-      ->add_option("--renders", trade.renders,
-                   "Renders timed per configuration; 3 to 15 in a second when not given")
-      ->type_name("N")
-      ->check(CLI::Range(1, 1000))
-      ->group(group::measurement);
+  flag(*command, "--quick", trade.quick, group::measurement, "Fewer values of each setting");
+  auto* presets = flag(*command, "--presets", trade.presets, group::measurement,
+                       "Only draft, balanced, accurate and reference, beside what plans predict");
+  flag(*command, "--exhaustive", trade.exhaustive, group::measurement,
+       "All combinations that plans choose among, except those predicted to be far from "
+       "the frontier (hours; with --quick, fewer)")
+      ->excludes(presets);
+  option(*command, "--renders", trade.renders, "N", group::measurement,
+         "Renders timed per configuration; 3 to 15 in a second when not given")
+      ->check(CLI::Range(1, 1000));
   options->depths.add_to(*command, "nearest and farthest surface and a little in front",
                          "what the WRPs cover");
   add_views(*command, trade.pictures.views,

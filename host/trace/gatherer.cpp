@@ -223,11 +223,7 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
     const auto room = std::max<std::size_t>(
         static_cast<std::size_t>(first_profile_of(end) - first_profile_of(row)) * profile_floats,
         1);
-    if (profiles_.size() < room) {
-      profiles_ = {};
-      // An eighth is spare: the next pose of a moving scene may need a little more.
-      profiles_ = {device_, room + room / 8, "profiles of samples"};
-    }
+    make_room(device_, profiles_, room, "profiles of samples");
     if (count > 0 && profile_floats > 0)
       profile_.run({static_cast<std::size_t>(count)}, group, scene_.lights, table_.samples,
                    table_.lit, projected_, first_of(row), first_profile, count, plane, profiles_);

@@ -71,17 +71,6 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   return lattice;
 }
 
-/// Reallocates a buffer that is too small, with an eighth to spare: a moving scene sometimes needs
-/// a little more, and new memory is slow at first. The contents are lost.
-template <class T>
-void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
-               const char* name) {
-  if (buffer.size() < size) {
-    buffer = {};  // frees the old memory first
-    buffer = {device, size + size / 8, name};
-  }
-}
-
 /// Enlarges a buffer to at least `wanted` elements and keeps its first `kept`.
 template <class T>
 void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std::size_t wanted,

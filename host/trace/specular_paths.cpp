@@ -100,14 +100,6 @@ std::vector<float> fits(double reach) {
   return table;
 }
 
-template <class T>
-void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
-               const char* name) {
-  if (buffer.size() >= size) return;
-  buffer = {};  // frees the old memory first
-  buffer = {device, size + size / 8, name};
-}
-
 }  // namespace
 
 SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& options)

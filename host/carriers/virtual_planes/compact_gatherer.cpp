@@ -41,16 +41,6 @@ int knots_for(const Plan& plan, const DepthLayer& layer) {
   return knots;
 }
 
-template <class T>
-void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
-            const char* name) {
-  if (buffer.size() < data.size()) {
-    buffer = {};  // frees the old memory first
-    buffer = {device, data.size() + data.size() / 8, name};
-  }
-  buffer.write(data);
-}
-
 }  // namespace
 
 CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,

@@ -32,21 +32,6 @@ constexpr int most_chunks = 1024, most_counts = 1 << 22;
 int floor_over(int value, int by) { return value >= 0 ? value / by : -((by - 1 - value) / by); }
 int modulo(int value, int by) { return value - floor_over(value, by) * by; }
 
-template <class T>
-void make_room(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t size,
-               const char* name) {
-  if (buffer.size() >= size) return;
-  buffer = {};  // frees the old memory first
-  buffer = {device, size + size / 8, name};
-}
-
-template <class T>
-void upload(const cl::Device& device, const std::vector<T>& data, cl::Buffer<T>& buffer,
-            const char* name) {
-  make_room(device, buffer, std::max<std::size_t>(data.size(), 1), name);
-  buffer.write(data);
-}
-
 }  // namespace
 
 FootprintBins::OnDevice::OnDevice(const cl::Device& device)
