@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Complex FFTs of planes in a device's memory, behind one type for every back end there. Lines on
-/// the host: host/common/line_fft.hpp.
+/// the host: host/common/plane_fft.hpp.
 #pragma once
 
 #include <memory>

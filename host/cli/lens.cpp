@@ -17,7 +17,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
-#include "host/common/forecast.hpp"
+#include "host/common/stage_clock.hpp"
 #include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"

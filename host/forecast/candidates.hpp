@@ -11,7 +11,6 @@
 #include "host/forecast/cost.hpp"
 #include "host/forecast/picture_model.hpp"
 #include "host/geometry/world.hpp"
-#include "host/plan/cone.hpp"
 #include "host/plan/front_view.hpp"
 #include "host/plan/plan.hpp"
 #include "host/scene/scene.hpp"

@@ -76,7 +76,7 @@ constexpr double exact_padding = 2, exact_transforms = 2;
 /// A ray of a lens's picture over one of the sample lattice: it is shaded as well.
 constexpr double lens_ray = 1.85;
 
-/// True where find_samples knows the breaks of the surfaces (host/trace/breaks.cpp).
+/// True where find_samples knows the breaks of the surfaces (host/trace/samples.cpp).
 bool knows_breaks(const World& world, const Plan& plan) {
   return breaks_pay(plan.lattice, world.triangles.size()) &&
          ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.extent.near_m;

@@ -6,8 +6,8 @@
 #include <vector>
 
 #include "host/forecast/judged_pictures.hpp"
-#include "host/plan/cone.hpp"
 #include "host/plan/front_view.hpp"
+#include "host/plan/plan.hpp"
 
 namespace raywave {
 

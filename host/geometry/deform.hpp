@@ -9,7 +9,7 @@
 #include <vector>
 
 #include "host/geometry/motion.hpp"
-#include "host/scene/gltf_deform.hpp"
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/read_data.hpp"
 
 namespace raywave {

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/plan/plan.hpp"
 
+#include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 
 #include "host/geometry/world.hpp"
@@ -21,6 +23,24 @@ int textures_of(const Material& material, const MaterialMaps* maps) {
 }
 
 }  // namespace
+
+double Cone::passed(double at) const {
+  const double inside = half_width - std::abs(at);
+  if (apodization <= 0) return inside >= 0 ? 1 : 0;
+  const double e = std::clamp(inside / apodization, 0.0, 1.0);
+  return e * e * (3 - 2 * e);
+}
+
+double Cone::field_error() const {
+  constexpr int places = 1024;
+  double first = 0, second = 0;  // means of what passes, and of its square
+  for (int i = 0; i < places; ++i) {
+    const double share = passed((i + 0.5) / places);
+    first += share / places;
+    second += share * share / places;
+  }
+  return std::sqrt(std::max(0.0, 1 - 2 * first * first + second * second));
+}
 
 Lighting lighting_of(const Scene& scene, const World& world) {
   Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};

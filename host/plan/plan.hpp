@@ -16,11 +16,28 @@
 #include <variant>
 #include <vector>
 
-#include "host/plan/cone.hpp"
 #include "host/scene/files.hpp"
 #include "host/scene/scene.hpp"
 
 namespace raywave {
+
+// How much of a surface sample's wave the WRPs gather on its way to each part of the hologram:
+// sampling.cone and sampling.apodization.
+
+/// In half holograms, alike along both axes.
+struct Cone {
+  double half_width = 1.2;   // half width
+  double apodization = 0.2;  // width of its soft edge, within the half width
+
+  bool operator==(const Cone&) const = default;
+
+  /// Share of the amplitude that arrives `at` so many half holograms from the middle; as
+  /// kernels/gather/gather.cl has it.
+  double passed(double at) const;
+
+  /// Relative L2 error of the hologram's field against the whole wave, which is 1 everywhere.
+  double field_error() const;
+};
 
 struct World;
 
@@ -313,8 +330,8 @@ inline bool has_fitted_paths(const Plan& plan) {
   return plan.has_specular_samples() && plan.specular.as == Bounces::paths;
 }
 
-/// Relative L2 error of the field by what the cone leaves out of each sample's wave
-/// (host/plan/cone.hpp); 0 for fans and where every pixel receives every sample.
+/// Relative L2 error of the field by what the cone leaves out of each sample's wave;
+/// 0 for fans and where every pixel receives every sample.
 double cone_error_of(const Plan& plan);
 
 /// True when the levels of a tile depend on the others: the encoding asks how bright the hologram

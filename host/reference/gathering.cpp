@@ -7,7 +7,7 @@
 #include <numbers>
 
 #include "host/carriers/virtual_planes/planning/planes.hpp"
-#include "host/reference/shading.hpp"
+#include "host/reference/looks.hpp"
 #include "host/reference/surfaces.hpp"
 
 namespace raywave::reference {

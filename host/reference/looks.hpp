@@ -4,7 +4,9 @@
 #pragma once
 
 #include <algorithm>
+#include <complex>
 #include <cstddef>
+#include <cstdint>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
@@ -127,5 +129,24 @@ Hit nearest_there(const Scene& scene, const World& world, const Plan& plan,
   if (doubtful <= best.t && doubtful < ray.t_max) unsure = true;
   return best;
 }
+
+// The field that a pixel's fan of rays gathers, in double precision, ray by ray and triangle by
+// triangle, followed by recursion: the oracle of kernels/gather/fan.cl.
+
+struct TracedField {
+  std::vector<std::complex<double>> field;  // as FanTracer::trace fills it
+  /// Pixels one of whose rays, moved by less than single precision resolves, would meet another
+  /// triangle, phase cell or shadow: there two right answers differ.
+  std::vector<bool> undecided;
+  /// Counts of events on the rays, to show that a test covers them.
+  std::int64_t hits = 0, shadowed = 0, mirrored = 0, refracted = 0, totally_reflected = 0;
+};
+
+/// sum over the fan of sqrt(radiance) / r exp(2 pi i (r / wavelength + phase of the cell)), r the
+/// optical length from pixel to source in the phase, and in the amplitude the length in air that
+/// spreads light as much, a quarter of a pixel at least. Triangles have corners in single precision
+/// in the scene frame, as the device has them; all else is double.
+TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, const Wrp& wrp,
+                      std::uint32_t seed);
 
 }  // namespace raywave::reference

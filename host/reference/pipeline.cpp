@@ -11,7 +11,6 @@
 
 #include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
-#include "host/reference/shading.hpp"
 
 namespace raywave::reference {
 namespace {

@@ -8,7 +8,6 @@
 
 #include "host/geometry/kernel_options.hpp"
 #include "host/reference/looks.hpp"
-#include "host/reference/shading.hpp"
 
 namespace raywave::reference {
 namespace {

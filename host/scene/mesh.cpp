@@ -16,7 +16,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/common/threads.hpp"
-#include "host/scene/gltf_deform.hpp"
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/reader_process.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"

@@ -89,7 +89,7 @@ struct MeshPicture {
 };
 
 /// Vertices of a mesh of a glTF file that morph targets or the joints of a skin move
-/// (host/scene/gltf_deform.hpp). All vectors of a vertex are in the order of Mesh::positions.
+/// (host/scene/gltf_motion.hpp). All vectors of a vertex are in the order of Mesh::positions.
 struct DeformingPart {
   std::int32_t node = 0;           // number of the node that wears it
   std::uint32_t first_vertex = 0;  // of Mesh::positions

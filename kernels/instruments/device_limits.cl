@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Measures how many multiply-adds a device does in a second
-// (host/evaluate/bench/device_limits.cpp). OpenCL C 1.2.
+// (host/evaluate/bench/bench.cpp). OpenCL C 1.2.
 #include "kernels/common/lanes.h"
 
 // Eight chains of multiply-adds per work-item, so that none waits for its own last result: 16 *

@@ -20,7 +20,7 @@
 
 #include "kernels/common/shared.h"
 
-#define BREAK_TILE 8  // host/trace/breaks.cpp
+#define BREAK_TILE 8  // host/trace/samples.cpp
 
 // Breaks are marked in cells that are wider by this on all sides. It covers the rounding of rays,
 // and the distance of rays from the surface on which they start.

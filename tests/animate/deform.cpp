@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Objects that become other meshes: pictures of them, and tracks of meshes.
-#include "host/animate/contents.hpp"
+#include "host/animate/animate.hpp"
 #include "host/animate/timeline.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/render.hpp"

@@ -4,7 +4,7 @@
 
 #include <glm/gtc/constants.hpp>
 
-#include "host/animate/contents.hpp"
+#include "host/animate/animate.hpp"
 #include "host/animate/timeline.hpp"
 #include "host/geometry/world.hpp"
 #include "host/render.hpp"

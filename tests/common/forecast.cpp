@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/common/forecast.hpp"
-
+#include "host/common/stage_clock.hpp"
 #include "tests/support/catch.hpp"
 
 namespace raywave {

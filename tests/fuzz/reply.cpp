@@ -5,7 +5,7 @@
 // Targets mesh and texture start the readers themselves.
 #include <fcntl.h>
 
-#include "host/scene/gltf_deform.hpp"
+#include "host/scene/gltf_motion.hpp"
 #include "host/scene/mesh_materials.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "tests/fuzz/fuzz.hpp"

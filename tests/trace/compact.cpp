@@ -5,7 +5,7 @@
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/plan/precision.hpp"
 #include "host/reference/gathering.hpp"
-#include "host/reference/shading.hpp"
+#include "host/reference/looks.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "kernels/gather/compact_layout.h"

@@ -5,7 +5,7 @@
 #include "cl/buffer.hpp"
 #include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/reference/shading.hpp"
+#include "host/reference/looks.hpp"
 #include "host/reference/specular.hpp"
 #include "host/render.hpp"
 #include "host/trace/gatherer.hpp"

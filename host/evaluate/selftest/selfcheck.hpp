@@ -11,7 +11,7 @@
 #include "cl/program.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/reference/rays.hpp"
-#include "host/trace/device_tree.hpp"
+#include "host/trace/instances.hpp"
 
 namespace raywave::selftest {
 

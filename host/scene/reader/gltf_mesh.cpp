@@ -10,10 +10,9 @@
 #include <string_view>
 
 #include "host/common/error.hpp"
-#include "host/scene/gltf_deform.hpp"
 #include "host/scene/gltf_motion.hpp"
+#include "host/scene/reader/gltf_file.hpp"
 #include "host/scene/reader/gltf_materials.hpp"
-#include "host/scene/reader/gltf_primitive.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
 #include "host/scene/vectors.hpp"
