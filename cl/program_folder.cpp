@@ -1,18 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program_folder.hpp"
 
-#include <unistd.h>
-
 #include <algorithm>
 #include <fstream>
 #include <iterator>
 #include <map>
 #include <sstream>
-#include <string_view>
 #include <utility>
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave::cl {
@@ -28,24 +26,6 @@ std::optional<std::string> read_file(const fs::path& file) {
   std::ifstream in(file, std::ios::binary);
   if (!in) return std::nullopt;
   return std::string(std::istreambuf_iterator<char>(in), {});
-}
-
-/// Writes a file so that it appears whole or not at all.
-void write_file(const fs::path& file, std::string_view contents) {
-  auto temporary = file;
-  temporary += "." + std::to_string(getpid()) + ".tmp";
-  std::error_code error;
-  {
-    std::ofstream out(temporary, std::ios::binary);
-    out << contents;
-    out.flush();
-    if (!out) error = std::make_error_code(std::errc::io_error);
-  }
-  if (!error) fs::rename(temporary, file, error);
-  if (!error) return;
-  std::error_code ignored;
-  fs::remove(temporary, ignored);
-  throw DeviceError(file.string() + ": cannot be written");
 }
 
 /// NAME to the rest of its line.
@@ -108,16 +88,16 @@ void record_program(const ProgramSource& source, const std::vector<unsigned char
   const auto& folder = recorder->folder_;
   std::string digest = "-";
   if (recorder->binaries_) {
-    const std::string_view bytes(reinterpret_cast<const char*>(binary.data()), binary.size());
-    write_file(folder / (name + ".bin"), bytes);
+    const std::string bytes(binary.begin(), binary.end());
+    write_text(folder / (name + ".bin"), bytes);
     digest = hash_name(bytes);
   }
-  write_file(folder / (name + ".cl"), source.text);
+  write_text(folder / (name + ".cl"), source.text);
   auto entries = read_manifest(folder);
   entries[name] = digest + '\t' + source.file + '\t' + source.flags;
   std::string manifest;
   for (const auto& [entry, rest] : entries) manifest += entry + '\t' + rest + '\n';
-  write_file(folder / manifest_name, manifest);
+  write_text(folder / manifest_name, manifest);
   names.push_back(name);
 }
 

@@ -36,7 +36,8 @@ std::vector<unsigned char> load_program(const std::filesystem::path& folder,
 class ProgramRecorder {
 public:
   /// binaries  also NAME.bin; without, it is left to another compiler to make them from NAME.cl
-  /// throws    DeviceError when the folder cannot be written, or another recorder lives
+  /// throws    InputError when the folder cannot be written, DeviceError when another recorder
+  ///           lives
   ProgramRecorder(std::filesystem::path folder, bool binaries);
   ~ProgramRecorder();
   ProgramRecorder(const ProgramRecorder&) = delete;

@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <array>
-#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -35,36 +34,16 @@ std::string digest_of(std::span<const std::uint8_t> bytes) {
   return digest.text();
 }
 
-[[noreturn]] void refuse(const fs::path& file) {
-  throw InputError(in_quotes(file.string()) +
-                   ": cannot be written: " + std::generic_category().message(errno));
-}
-
 /// Opens a file that grows and cuts it to the bytes that are known to be whole.
 int open_at(const fs::path& file, std::uint64_t bytes) {
   const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) refuse(file);
+  if (descriptor < 0) refuse_to_write(file.string());
   if (::ftruncate(descriptor, static_cast<off_t>(bytes)) != 0 ||
       ::lseek(descriptor, 0, SEEK_END) < 0) {
     ::close(descriptor);
-    refuse(file);
+    refuse_to_write(file.string());
   }
   return descriptor;
-}
-
-void append(int descriptor, std::string_view bytes, const fs::path& file) {
-  while (!bytes.empty()) {
-    const auto written = ::write(descriptor, bytes.data(), bytes.size());
-    if (written < 0 && errno == EINTR) continue;
-    if (written <= 0) refuse(file);
-    bytes.remove_prefix(static_cast<std::size_t>(written));
-  }
-}
-
-/// Waits until the disk has all bytes; some file systems cannot.
-void sync(int descriptor, const fs::path& file) {
-  if (::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP)
-    refuse(file);
 }
 
 /// Values of a line that may be damaged: empty where there is none of this type.
@@ -218,23 +197,23 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms, Json 
       entry["file"] = name;
       entry["digest"] = digest_of(png_);
     } else {
-      append(stream_, text_of(levels), partial_stream());
+      append(stream_, text_of(levels), partial_stream().string());
       entry["digest"] = digest_of(levels);
     }
     list.push_back(std::move(entry));
     ++number;
   }
-  if (storage_ == FrameStorage::stream) sync(stream_, partial_stream());
+  if (storage_ == FrameStorage::stream) sync(stream_, partial_stream().string());
   line["run"] = run_;
   line["holograms"] = std::move(list);
   append(report_, line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n",
-         folder_ / report_name);
+         (folder_ / report_name).string());
   ++pictures_;
   holograms_ += static_cast<int>(holograms.size());
 }
 
 void FrameFiles::finish() {
-  sync(report_, folder_ / report_name);
+  sync(report_, (folder_ / report_name).string());
   if (storage_ == FrameStorage::pngs) return;
   std::error_code error;
   fs::rename(partial_stream(), folder_ / stream_name, error);

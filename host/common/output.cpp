@@ -157,36 +157,37 @@ void end_at_signal(int signal) {
 
 }  // namespace
 
+void refuse_to_write(const std::string& name) {
+  throw InputError(in_quotes(name) +
+                   ": cannot be written: " + std::generic_category().message(errno));
+}
+
+void append(int descriptor, std::string_view bytes, const std::string& name) {
+  while (!bytes.empty()) {
+    const auto written = ::write(descriptor, bytes.data(), bytes.size());
+    if (written < 0 && errno == EINTR) continue;
+    if (written <= 0) refuse_to_write(name);
+    bytes.remove_prefix(static_cast<std::size_t>(written));
+  }
+}
+
+void sync(int descriptor, const std::string& name) {
+  if (::fsync(descriptor) != 0 && errno != EINVAL && errno != EROFS && errno != ENOTSUP)
+    refuse_to_write(name);
+}
+
 OutputFile::OutputFile(const fs::path& place, const fs::path& name)
     : name_(name.string()), descriptor_(open_unless_ending(place, O_WRONLY | O_TRUNC)) {
-  require(descriptor_ >= 0);
+  if (descriptor_ < 0) refuse_to_write(name_);
 }
 
 OutputFile::~OutputFile() {
   if (descriptor_ >= 0) ::close(descriptor_);
 }
 
-void OutputFile::require(bool done) const {
-  if (!done)
-    throw InputError(in_quotes(name_) +
-                     ": cannot be written: " + std::generic_category().message(errno));
-}
-
-void OutputFile::write(const void* data, std::size_t bytes) {
-  const auto* from = static_cast<const char*>(data);
-  while (bytes > 0) {
-    const auto written = ::write(descriptor_, from, bytes);
-    if (written < 0 && errno == EINTR) continue;
-    require(written > 0);
-    from += written;
-    bytes -= static_cast<std::size_t>(written);
-  }
-}
-
 void OutputFile::close() {
-  // Pipes and some file systems cannot wait for a disk.
-  require(::fsync(descriptor_) == 0 || errno == EINVAL || errno == EROFS || errno == ENOTSUP);
-  require(::close(std::exchange(descriptor_, -1)) == 0);
+  sync(descriptor_, name_);
+  if (::close(std::exchange(descriptor_, -1)) != 0) refuse_to_write(name_);
 }
 
 void write_whole(const fs::path& file, const std::function<void(OutputFile&)>& write) {

@@ -10,6 +10,15 @@
 
 namespace raywave {
 
+/// Append bytes to a file that is open, and wait until the disk has all of them; pipes and some file
+/// systems cannot.
+///
+/// name    for messages
+/// throws  InputError with the system's reason ("No space left on device")
+void append(int descriptor, std::string_view bytes, const std::string& name);
+void sync(int descriptor, const std::string& name);
+[[noreturn]] void refuse_to_write(const std::string& name);
+
 /// A file under construction, of which every byte is known to be written.
 class OutputFile {
 public:
@@ -21,11 +30,11 @@ public:
   OutputFile& operator=(const OutputFile&) = delete;
   ~OutputFile();
 
-  /// Appends bytes.
-  ///
-  /// throws  InputError with the system's reason ("No space left on device")
-  void write(const void* data, std::size_t bytes);
-  void write(std::string_view text) { write(text.data(), text.size()); }
+  /// As the function `append`.
+  void write(const void* data, std::size_t bytes) {
+    write({static_cast<const char*>(data), bytes});
+  }
+  void write(std::string_view text) { append(descriptor_, text, name_); }
 
   /// Waits until the disk has all bytes.
   ///
@@ -33,8 +42,6 @@ public:
   void close();
 
 private:
-  void require(bool done) const;
-
   std::string name_;
   int descriptor_;
 };
