@@ -20,15 +20,6 @@ namespace {
 
 using ImageList = std::vector<Image>;
 
-Image without_border(const Image& image, int border) {
-  Image inner{image.width - 2 * border, image.height - 2 * border, {}};
-  for (int y = border; y < image.height - border; ++y) {
-    const auto row = image.pixels.begin() + std::ptrdiff_t{y} * image.width;
-    inner.pixels.insert(inner.pixels.end(), row + border, row + image.width - border);
-  }
-  return inner;
-}
-
 /// The picture, averaged over squares until it fits into a cell of the contact sheet.
 Image small(const Image& image, int cell_px = sheet_cell_px) {
   return averaged(image, (image.width + cell_px - 1) / cell_px);
@@ -83,7 +74,10 @@ ColourComparison compare(const ImageList& a, const ImageList& b, int border_px) 
 QualityRow row_of(const ImageList& lens, const ImageList& hologram, const ImageList& field,
                   double blur_px, int border_px) {
   const auto blur = [&](const Image& image) { return blurred(image, blur_px); };
-  const auto crop = [&](const Image& image) { return without_border(image, border_px); };
+  const auto crop = [&](const Image& image) {
+    return cropped(
+        image, {border_px, border_px, image.width - 2 * border_px, image.height - 2 * border_px});
+  };
   const auto cell = [&](const Image& image) { return small(image); };
   QualityRow row;
   const auto seen = each(lens, blur), shown = each(hologram, blur);
@@ -291,13 +285,7 @@ private:
   /// The part of a picture around the axis that is judged.
   Image in_window(const Image& image) const {
     const auto size = end_px_ - first_px_;
-    if (size == glm::ivec2(image.width, image.height)) return image;
-    Image part{size.x, size.y, {}};
-    for (int y = first_px_.y; y < end_px_.y; ++y) {
-      const auto row = image.pixels.begin() + std::ptrdiff_t{y} * image.width;
-      part.pixels.insert(part.pixels.end(), row + first_px_.x, row + end_px_.x);
-    }
-    return part;
+    return cropped(image, {first_px_.x, first_px_.y, size.x, size.y});
   }
 
   /// What the levels of the first frames show, each laser with its power.

@@ -30,13 +30,10 @@ RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
 RgbPicture part_of(const RgbPicture& picture, int border_px, double factor) {
   RgbPicture part;
   for (std::size_t c = 0; c < 3; ++c) {
-    auto& channel = part.channels[c];
-    channel.width = picture.width() - 2 * border_px;
-    channel.height = picture.height() - 2 * border_px;
-    for (int y = border_px; y < picture.height() - border_px; ++y)
-      for (int x = border_px; x < picture.width() - border_px; ++x)
-        channel.pixels.push_back(static_cast<float>(
-            factor * double{picture.channels[c].pixels[std::size_t{1} * y * picture.width() + x]}));
+    part.channels[c] = cropped(
+        picture.channels[c],
+        {border_px, border_px, picture.width() - 2 * border_px, picture.height() - 2 * border_px});
+    for (float& v : part.channels[c].pixels) v = static_cast<float>(factor * double{v});
   }
   return part;
 }

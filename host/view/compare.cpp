@@ -303,13 +303,6 @@ Image blurred(const Image& image, double sigma_px) {
   return image_of(smoothed(plane_of(image), blur_weights(sigma_px)));
 }
 
-double speckle_contrast(const Image& image, const std::optional<Region>& region) {
-  const Plane plane = plane_of(image);
-  const Region part = region.value_or(Region{0, 0, image.width, image.height});
-  require_inside(part, plane);
-  return contrast_of(cut_out(plane, part), "the picture");
-}
-
 std::vector<std::uint8_t> diverging_colours(const Image& values, double full) {
   // The end colours of ColorBrewer's RdBu
   constexpr std::array<double, 3> red{178, 24, 43}, blue{33, 102, 172};
@@ -323,6 +316,15 @@ std::vector<std::uint8_t> diverging_colours(const Image& values, double full) {
           static_cast<std::uint8_t>(std::lround(255 + std::abs(share) * (channel - 255))));
   }
   return rgb;
+}
+
+Image cropped(const Image& image, const Region& part) {
+  Image inner{part.width, part.height, {}};
+  for (int y = part.y; y < part.y + part.height; ++y) {
+    const auto row = image.pixels.begin() + std::ptrdiff_t{y} * image.width + part.x;
+    inner.pixels.insert(inner.pixels.end(), row, row + part.width);
+  }
+  return inner;
 }
 
 double largest_magnitude(const Image& values) {

@@ -62,9 +62,11 @@ struct PictureComparison {
   // Mean FLIP of a and scale b as intensities on a screen, max(a) as white; of pictures in colour,
   // of their colours, the brightest luminance of a as white
   double flip = 0;
-  double scale = 0;                       // least-squares scale of B to A
-  double contrast_a = 0, contrast_b = 0;  // speckle contrast, of intensities
-  Image difference;                       // scale b - a, without the border
+  double scale = 0;  // least-squares scale of B to A
+  // Speckle contrast, of intensities: standard deviation over mean, 1 for fully developed speckle,
+  // 1 / sqrt(n) for the sum of n independent such patterns
+  double contrast_a = 0, contrast_b = 0;
+  Image difference;  // scale b - a, without the border
 };
 
 /// Compares pictures of linear values (intensities) after the blur; a common factor of the
@@ -85,17 +87,13 @@ PictureComparison compare_pictures(const Image& a, const Image& b,
 /// throws    InputError for any other sigma
 Image blurred(const Image& image, double sigma_px);
 
-/// Standard deviation over mean: 1 for fully developed speckle, 1/sqrt(n) for the sum of n
-/// independent such patterns.
-///
-/// throws  InputError when the region (empty: all) reaches beyond the picture or its mean is not >
-///         0
-double speckle_contrast(const Image& image, const std::optional<Region>& region = {});
-
 /// Signed values as 8-bit RGB: white at 0, red at +full, blue at -full and beyond.
 ///
 /// full  > 0, or 0 for white everywhere
 std::vector<std::uint8_t> diverging_colours(const Image& values, double full);
+
+/// The part of a picture that a region within it holds.
+Image cropped(const Image& image, const Region& part);
 
 /// The largest |value|: a `full` for which no colour is cut off.
 double largest_magnitude(const Image& values);
