@@ -17,23 +17,6 @@ using Complex = std::complex<double>;
 using glm::dvec2;
 using glm::dvec3;
 
-constexpr double tau = 2 * std::numbers::pi;
-
-Complex turned(double turns) { return std::polar(1.0, tau * (turns - std::round(turns))); }
-
-double cubic_spline(double x) {
-  x = std::abs(x);
-  return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
-}
-
-bool sees(const Gathering& what, std::size_t sample, int i, int j) {
-  const int parts = what.visibility_parts;
-  const auto bit =
-      static_cast<std::size_t>(std::clamp(j, 0, parts - 1) * parts + std::clamp(i, 0, parts - 1));
-  const auto words = static_cast<std::size_t>(std::max(1, parts * parts / 32));
-  return what.visibility_masks[sample * words + bit / 32] >> (bit % 32) & 1u;
-}
-
 /// Middle of a part of the window, in half windows.
 double middle_of(const Gathering& what, int part) {
   return (part + 0.5) * 2 / what.visibility_parts - 1;
@@ -132,7 +115,7 @@ private:
           share = 0;
           for (int i = -2; i < parts + 2; ++i)
             share +=
-                sees(what_, sample_, i, part) *
+                is_seen(what_, sample_, i, part) *
                 cubic_spline(((origin_m_.x + u) / window_m.x - middle_of(what_, i)) * parts / 2);
         }
         const double length_m = glm::length(place_m_ - dvec3(u, row_m, 0));

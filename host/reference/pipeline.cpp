@@ -13,18 +13,32 @@
 #include "host/reference/rays.hpp"
 
 namespace raywave::reference {
-namespace {
 
 using glm::dvec2;
 using glm::dvec3;
 using Complex = std::complex<double>;
 using std::numbers::pi;
 
+Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(turns, 1.0)); }
+
+double cubic_spline(double x) {
+  x = std::abs(x);
+  return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
+}
+
+bool is_seen(const Gathering& what, std::size_t sample, int i, int j) {
+  const int parts = what.visibility_parts;
+  const auto bit =
+      static_cast<std::size_t>(std::clamp(j, 0, parts - 1) * parts + std::clamp(i, 0, parts - 1));
+  const auto words = static_cast<std::size_t>(std::max(1, parts * parts / 32));
+  return what.visibility_masks[sample * words + bit / 32] >> (bit % 32) & 1u;
+}
+
+namespace {
+
 constexpr double undecided = 1e-5;     // relative error of a float's comparisons
 constexpr int most_plane_waves = 96;   // kernels/gather/plane_waves.h
 constexpr double plane_wave_tail = 4;  // host/trace/gatherer.cpp
-
-Complex turned(double turns) { return std::polar(1.0, 2 * pi * std::remainder(turns, 1.0)); }
 
 dvec3 place(const device::Sample& s) { return {s.x, s.y, s.z}; }
 dvec3 normal(const device::Sample& s) { return {s.nx, s.ny, s.nz}; }
@@ -48,18 +62,6 @@ std::pair<int, bool> visibility_part(const Gathering& what, double at) {
       (at / std::max(1.0, what.plan.cone.half_width) + 1) / 2 * what.visibility_parts;
   return {std::clamp(static_cast<int>(std::floor(place)), 0, what.visibility_parts - 1),
           std::abs(place - std::round(place)) < 1e-4};
-}
-
-bool is_seen(const Gathering& what, std::size_t index, int i, int j) {
-  const auto words =
-      static_cast<std::size_t>(std::max(1, what.visibility_parts * what.visibility_parts / 32));
-  const auto bit = static_cast<std::size_t>(j * what.visibility_parts + i);
-  return what.visibility_masks[index * words + bit / 32] >> (bit % 32) & 1u;
-}
-
-double cubic_spline(double x) {
-  x = std::abs(x);
-  return x < 1 ? 2.0 / 3 - x * x + x * x * x / 2 : std::pow(std::max(2 - x, 0.0), 3) / 6;
 }
 
 /// Parts of the window's sides that the waves of near samples keep apart.
@@ -356,8 +358,7 @@ double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_
   double share = 0;
   for (int j = -2; j < parts + 2; ++j) {
     for (int i = -2; i < parts + 2; ++i) {
-      if (is_seen(what, sample, std::clamp(i, 0, parts - 1), std::clamp(j, 0, parts - 1)))
-        share += cubic_spline(at.x - i) * cubic_spline(at.y - j);
+      if (is_seen(what, sample, i, j)) share += cubic_spline(at.x - i) * cubic_spline(at.y - j);
     }
   }
   return share;

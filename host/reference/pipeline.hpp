@@ -29,6 +29,12 @@ struct Gathering {
   int visibility_parts = 8;
 };
 
+/// exp(2 pi i turns)
+std::complex<double> turned(double turns);
+double cubic_spline(double x);
+/// Whether part (i, j) of the window sees a sample; beyond it, as the outermost part.
+bool is_seen(const Gathering& what, std::size_t sample, int i, int j);
+
 /// The random phase as a factor of the wave of a sample: exp(i phase), and its conjugate for
 /// samples before the hologram (docs/conventions.md#both-sides-of-the-hologram).
 std::complex<double> phasor_of(const Gathering& what, std::size_t sample, std::uint32_t seed);
