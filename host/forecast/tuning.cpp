@@ -7,6 +7,7 @@
 #include "cl/fft.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
+#include "host/common/json.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/trace/work_shape.hpp"

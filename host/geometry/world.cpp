@@ -25,13 +25,13 @@ constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
 constexpr std::size_t most_area_samples = 1 << 14;
 
-struct Box {
+struct Bounds {
   glm::dvec3 min{INFINITY}, max{-INFINITY};
   void add(const glm::dvec3& p) {
     min = glm::min(min, p);
     max = glm::max(max, p);
   }
-  void add(const Box& other) {
+  void add(const Bounds& other) {
     min = glm::min(min, other.min);
     max = glm::max(max, other.max);
   }
@@ -48,7 +48,7 @@ glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
 }
 
 /// The box of an object's vertices after a turn, to a few roundings of its size.
-Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
+Bounds turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
   std::array<double, 6> largest;
   largest.fill(-INFINITY);
   // On a flat side that faces an axis, boxes promise more by a rounding, everywhere.
@@ -65,7 +65,7 @@ Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3&
 ///
 /// turned     box of the vertices after rotation, in units
 /// mesh_unit  how many of them a mesh unit is
-double scale_of(const Object& object, const Box& turned, double mesh_unit) {
+double scale_of(const Object& object, const Bounds& turned, double mesh_unit) {
   const glm::dvec3 size = turned.size();
   const double largest = std::max({size.x, size.y, size.z});
   if (object.width_m && size.x <= 1e-9 * largest)
@@ -82,7 +82,7 @@ double scale_of(const Object& object, const Box& turned, double mesh_unit) {
 }
 
 /// Refuses a place that an object cannot move to: its cut stays as it was placed.
-void require_move(const Object& object, const PlacedObject& placed, const Box& box) {
+void require_move(const Object& object, const PlacedObject& placed, const Bounds& box) {
   if (placed.is_cut)
     throw InputError(object.where +
                      ": a part of it is cut away, so that it cannot be moved; give a smaller cut");
@@ -97,14 +97,14 @@ void require_move(const Object& object, const PlacedObject& placed, const Box& b
 /// The motion that places an object's vertices, and their bounding box there.
 struct Placing {
   Motion motion;
-  Box box;
+  Bounds box;
 };
 
 /// turned     box of the vertices after `turn` about `from`
 /// origin     of the mesh's coordinates, turned alike
 /// mesh_unit  how many of the vertices' units a mesh unit is
 Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from,
-                   const Box& turned, const glm::dvec3& origin, double mesh_unit) {
+                   const Bounds& turned, const glm::dvec3& origin, double mesh_unit) {
   const double scale = scale_of(object, turned, mesh_unit);
   const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - anchor) * scale; };
@@ -227,7 +227,7 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, Channels ch
 /// Where a mesh goes as the scene has its object.
 Placing first_placing_of(const Object& object, const Mesh& mesh) {
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
-  Box box, turned;
+  Bounds box, turned;
   for (const auto& p : mesh.positions) box.add(p);
   // Differences first: a mesh far from its own origin keeps its shape.
   const auto middle = box.centre();
@@ -447,7 +447,7 @@ void show_shape(const Object& object, std::size_t index, World& world) {
 }  // namespace
 
 void move_objects(const Scene& scene, World& world) {
-  Box all;
+  Bounds all;
   world.motions.clear();
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     show_shape(scene.objects[i], i, world);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/common/json.hpp"
 #include "host/scene/document.hpp"
 #include "host/scene/scene.hpp"
 
