@@ -279,18 +279,16 @@ void add_animate(CLI::App& app) {
   add_output(*command, options->out,
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();
-  const auto flag = [&](const char* name, bool& value, const char* help) {
-    flag(*command, name, value, group::output, help);
-  };
   option(*command, "--pictures", options->pictures, "N", group::pictures,
          "Only these pictures, counted from 0: 12, or 10..20 with both ends; their files "
          "are those of the whole animation");
-  flag("--stream", options->stream,
+  flag(*command, "--stream", options->stream, group::output,
        "Write frames.raw, all holograms one after another, a byte for each pixel, instead of PNGs");
-  flag("--restart", options->restart,
+  flag(*command, "--restart", options->restart, group::output,
        "Make all holograms anew; else those that an earlier run has made are kept");
-  flag("--no-video", options->no_video, "Make no holograms.mkv (lossless FFV1, needs ffmpeg)");
-  flag("--no-preview", options->no_preview,
+  flag(*command, "--no-video", options->no_video, group::output,
+       "Make no holograms.mkv (lossless FFV1, needs ffmpeg)");
+  flag(*command, "--no-preview", options->no_preview, group::output,
        "Make no preview.mp4, what a viewer sees (needs ffmpeg)");
   options->report.add_to(*command, "what was made, and how fast");
   command->callback([options] { run_animate(*options); });
