@@ -15,6 +15,7 @@ namespace raywave {
 namespace {
 
 using namespace test;
+using Json = nlohmann::json;
 
 TEST_CASE("a skin bends as the mean of its joints' motions, whatever numbers store its weights") {
   const Folder folder;

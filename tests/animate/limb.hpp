@@ -14,7 +14,6 @@
 
 namespace raywave::test {
 
-using Json = nlohmann::json;
 using glm::dvec3;
 
 constexpr double right_angle = std::numbers::pi / 2;
@@ -162,11 +161,11 @@ inline Gltf& add_targets(Gltf& file) {
       for (int k = 0; k < 3; ++k) positions.push_back(d[k]);
       for (int k = 0; k < 3; ++k) normals.push_back(static_cast<float>(n[k]));
     }
-    return Json{{"POSITION", file.numbers(positions, 5126, "VEC3", 3)},
-                {"NORMAL", file.numbers(normals, 5126, "VEC3", 3)}};
+    return nlohmann::json{{"POSITION", file.numbers(positions, 5126, "VEC3", 3)},
+                          {"NORMAL", file.numbers(normals, 5126, "VEC3", 3)}};
   };
   auto& primitive = file.root["meshes"][0]["primitives"][0];
-  auto targets = Json::array({target(bulge), target(tilt), target(bulge), target(bulge)});
+  auto targets = nlohmann::json::array({target(bulge), target(tilt), target(bulge), target(bulge)});
   targets.push_back({{"POSITION", file.sparse(limb.positions.size(), {7}, {0, 0, 2})}});
   primitive["targets"] = targets;
   file.root["meshes"][0]["weights"] = {0.25, 0, 0, 0, 0};

@@ -8,9 +8,10 @@
 #include "tests/support/gltf.hpp"
 
 using namespace raywave;
-using Json = nlohmann::json;
 
 namespace {
+
+using Json = nlohmann::json;
 
 /// Triangles of three corners each; every file format below is written from this form.
 using Soup = std::vector<std::array<glm::dvec3, 3>>;
