@@ -178,8 +178,7 @@ void make_room(const Device& device, Buffer<T>& buffer, std::size_t size, const 
 
 /// Writes into the buffer, or into a larger one.
 template <class T>
-void upload(const Device& device, const std::vector<T>& data, Buffer<T>& buffer,
-            const char* name) {
+void upload(const Device& device, const std::vector<T>& data, Buffer<T>& buffer, const char* name) {
   make_room(device, buffer, std::max<std::size_t>(data.size(), 1), name);
   buffer.write(data);
 }

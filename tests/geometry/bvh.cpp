@@ -36,7 +36,7 @@ using reference::sphere;
 using reference::torus;
 using reference::uniform;
 using reference::unit_vector;
-using Scene = selftest::RayCaster;
+using Caster = selftest::RayCaster;
 
 /// Runs `f(device, lanes)` on every device with 1 lane, 8 lanes and as many as it has.
 template <class F>
@@ -61,7 +61,7 @@ void on_every_device(F&& f) {
 
 /// Every hit against brute force; fewer than one ray in `one_in` may meet another triangle than the
 /// exact one.
-void check_all(Scene& scene, const Bvh& bvh, const std::vector<Ray>& rays, int one_in) {
+void check_all(Caster& scene, const Bvh& bvh, const std::vector<Ray>& rays, int one_in) {
   const auto hits = scene.nearest(rays);
   const auto occluded = scene.occluded(rays);
   std::size_t others = 0, found = 0;
@@ -203,7 +203,7 @@ LANES_TEST("hits in a soup with slivers, points and duplicates equal brute force
     Random random(2);
     const auto soup = reference::soup(random, 300, size);
     const auto bvh = build_bvh(soup.positions, soup.triangles, {});
-    Scene scene(device, lanes, bvh);
+    Caster scene(device, lanes, bvh);
     check_all(scene, bvh, as_float(random_rays(random, 5003, size)), 200);
   }
 }
@@ -214,7 +214,7 @@ LANES_TEST("scenes of one and two triangles are hit like any other") {
     Soup soup;
     for (int i = 0; i < count; ++i) soup.triangle({-1, -1, 0.1 * i}, {2, -1, 0.2}, {-1, 2, 0.3});
     const auto bvh = build_bvh(soup.positions, soup.triangles, {});
-    Scene scene(device, lanes, bvh, bvh.depth);
+    Caster scene(device, lanes, bvh, bvh.depth);
     check_all(scene, bvh, as_float(random_rays(random, 1001, 0.5)), 200);
   }
 }
@@ -223,7 +223,7 @@ LANES_TEST("a stack of exactly the tree's depth is enough for the deepest tree")
   Random random(4);
   const auto soup = reference::soup(random, 400, 1);
   const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 1);
-  Scene exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
+  Caster exact(device, lanes, bvh, bvh.depth), roomy(device, lanes, bvh);
   const auto rays = as_float(random_rays(random, 3001, 1));
   const auto a = exact.nearest(rays), b = roomy.nearest(rays);
   for (std::size_t i = 0; i < rays.size(); ++i)
@@ -255,7 +255,7 @@ TEST_CASE("hits on closed meshes equal those of CGAL and brute force") {
     }
     rays = as_float(rays);
     on_every_device([&](const raywave::cl::Device& device, int lanes) {
-      Scene scene(device, lanes, bvh);
+      Caster scene(device, lanes, bvh);
       check_all(scene, bvh, rays, 1000);
       const auto hits = scene.nearest(rays);
       int disagreements = 0;
@@ -285,7 +285,7 @@ void check_cracks(std::size_t count) {
       for (const auto& mesh : {sphere({0, 0, 0}, size, 24), torus(size)}) {
         Random random(6);
         const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
-        Scene scene(device, lanes, bvh);
+        Caster scene(device, lanes, bvh);
         const auto rays = rays_at_edges(random, bvh.triangles, count / 4, size);
         std::size_t missed = 0, behind = 0;
         for (std::size_t i = 0; const auto& hit : scene.nearest(rays)) {
@@ -330,7 +330,7 @@ LANES_TEST("a ray that passes a needle's tip in line with it is no hit") {
       soup.triangle(glm::dvec3(corner), glm::dvec3(corner, corner, 0.99 * corner),
                     glm::dvec3(0.99 * corner));
     const auto bvh = build_bvh(soup.positions, soup.triangles, {}, 8);
-    Scene scene(device, lanes, bvh);
+    Caster scene(device, lanes, bvh);
     for (const auto& hit : scene.nearest(rays)) CHECK(hit.triangle == -1);
   }
 }
@@ -353,7 +353,7 @@ LANES_TEST("axis-parallel rays in the planes of a grid's edges hit it") {
     for (int i = 0; i <= 2 * n; ++i)
       for (const double sign : {-1.0, 1.0})
         rays.push_back({{0.5 * i - n / 2, 0.5 * j - n / 2, -3 * sign}, {-0.0, 0.0, sign}, 0, 100});
-  Scene scene(device, lanes, bvh);
+  Caster scene(device, lanes, bvh);
   for (const auto& hit : scene.nearest(rays)) CHECK((hit.triangle >= 0 && hit.t == 3));
 }
 
@@ -368,7 +368,7 @@ LANES_TEST("t_min and t_max cut the ray") {
                                 {0, 1, 0}, {1, 2, 0},   {0, 0.5, 0}, {4, 9, 0},   {2, 1, 0}};
   std::vector<Ray> rays;
   for (const auto& c : cases) rays.push_back({{0, 0, 0}, {0, 0, 1}, c.t_min, c.t_max});
-  Scene scene(device, lanes, bvh);
+  Caster scene(device, lanes, bvh);
   const auto hits = scene.nearest(rays);
   const auto occluded = scene.occluded(rays);
   for (std::size_t i = 0; i < cases.size(); ++i) {
@@ -393,7 +393,7 @@ LANES_TEST("a mesh one kilometre away is hit as if it stood at the origin") {
     const auto from = 1e-2 * unit_vector(random);
     rays.push_back({from, normalize(in_box(random, 4e-3) - from), 0, 1});
   }
-  Scene far_scene(device, lanes, far_bvh), near_scene(device, lanes, near_bvh);
+  Caster far_scene(device, lanes, far_bvh), near_scene(device, lanes, near_bvh);
   const auto a = far_scene.nearest(rays), b = near_scene.nearest(rays);
   int different = 0;
   for (std::size_t i = 0; i < rays.size(); ++i) different += !(std::abs(a[i].t - b[i].t) < 1e-8);
@@ -413,7 +413,7 @@ LANES_TEST("the distance of a hit is accurate to float rounding") {
     Random random(8);
     const auto mesh = torus(5e-3);
     const auto bvh = build_bvh(mesh.positions, mesh.triangles, {});
-    Scene scene(device, lanes, bvh);
+    Caster scene(device, lanes, bvh);
     std::vector<Ray> rays;
     for (int i = 0; i < 20000; ++i) {
       const auto p = in_box(random, 4e-3);
