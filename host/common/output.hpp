@@ -10,8 +10,8 @@
 
 namespace raywave {
 
-/// Append bytes to a file that is open, and wait until the disk has all of them; pipes and some file
-/// systems cannot.
+/// Append bytes to a file that is open, and wait until the disk has all of them, which pipes and
+/// some file systems cannot.
 ///
 /// name    for messages
 /// throws  InputError with the system's reason ("No space left on device")
