@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/animate.hpp"
 
-#include <cmath>
-#include <complex>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
-#include "host/scene/image.hpp"
 #include "tests/animate/films.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/render.hpp"

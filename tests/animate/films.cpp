@@ -3,19 +3,11 @@
 #include "tests/animate/films.hpp"
 
 #include <atomic>
-#include <chrono>
-#include <cmath>
-#include <memory>
 #include <nlohmann/json.hpp>
-#include <random>
-#include <set>
-#include <sstream>
-#include <thread>
 
 #include "host/animate/video_program.hpp"
 #include "host/animate/write_queue.hpp"
 #include "host/common/digest.hpp"
-#include "host/scene/image.hpp"
 #include "tests/support/render.hpp"
 
 namespace raywave {

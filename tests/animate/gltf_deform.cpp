@@ -4,13 +4,10 @@
 #include "host/scene/gltf_deform.hpp"
 
 #include "host/animate/contents.hpp"
-#include "host/animate/timeline.hpp"
-#include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "tests/animate/limb.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/forked_reader.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

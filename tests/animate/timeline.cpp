@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/timeline.hpp"
 
-#include <cmath>
-#include <functional>
-
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"

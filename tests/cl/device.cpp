@@ -6,10 +6,8 @@
 #include <cmath>
 #include <functional>
 
-#include "cl/buffer.hpp"
 #include "cl/choose_device.hpp"
 #include "cl/error_text.hpp"
-#include "cl/program.hpp"
 #include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"

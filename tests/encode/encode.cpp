@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/encode/encode.hpp"
 
-#include <numeric>
-
 #include "host/encode/shown.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 

@@ -9,8 +9,6 @@
 #include "host/encode/pictures.hpp"
 #include "host/encode/shown.hpp"
 #include "host/reference/propagation.hpp"
-#include "host/scene/image.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 

@@ -1,15 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/bench/bench.hpp"
 
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <set>
 
-#include "host/common/error.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/program.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

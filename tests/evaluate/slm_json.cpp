@@ -3,7 +3,6 @@
 
 #include <nlohmann/json.hpp>
 
-#include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 

@@ -15,9 +15,7 @@
 #include <glm/geometric.hpp>
 #include <numeric>
 
-#include "host/common/error.hpp"
 #include "host/evaluate/selftest/ray_caster.hpp"
-#include "host/reference/rays.hpp"
 #include "host/reference/surfaces.hpp"
 #include "tests/support/devices.hpp"
 

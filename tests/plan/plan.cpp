@@ -4,7 +4,6 @@
 #include <glm/vector_relational.hpp>
 
 #include "host/carriers/wrps/planning/fans.hpp"
-#include "host/common/error.hpp"
 #include "host/planning/make_plan.hpp"
 #include "tests/support/plans.hpp"
 #include "tests/support/worlds.hpp"

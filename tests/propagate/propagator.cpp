@@ -3,7 +3,6 @@
 
 #include <cstdio>
 
-#include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"

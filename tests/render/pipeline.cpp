@@ -1,7 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 // The whole pipeline, from a mesh to levels of the SLM.
-#include "host/render.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/soak.hpp"

@@ -5,52 +5,23 @@
 #include <draco/mesh/triangle_soup_mesh_builder.h>
 #include <meshoptimizer.h>
 
-#include <array>
-#include <cmath>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <limits>
-#include <random>
-#include <string>
 #include <tuple>
-#include <utility>
-#include <vector>
 
-#include "host/scene/mesh.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/mesh_files.hpp"
 
 namespace raywave {
 namespace {
 
-using test::Gltf;
+using namespace test;
 using Json = nlohmann::json;
 using Catch::Matchers::ContainsSubstring;
 using glm::dvec2;
 using glm::dvec3;
 
-Mesh load(const std::filesystem::path& file) { return load_mesh(file, Normals::file, "here"); }
-
+using test::load;
 Mesh load(const Folder& folder, const Gltf& file) {
   return load(folder.write("a.gltf", file.gltf()));
-}
-
-double area_of(const Mesh& mesh) {
-  double sum = 0;
-  for (const auto& t : mesh.triangles)
-    sum += glm::length(glm::cross(mesh.positions[t.y] - mesh.positions[t.x],
-                                  mesh.positions[t.z] - mesh.positions[t.x])) /
-           2;
-  return sum;
-}
-
-std::string notes_of(const Mesh& mesh) {
-  std::string all;
-  for (const auto& note : mesh.notes) all += note + "\n";
-  for (const auto& material : mesh.materials)
-    for (const auto& note : material.notes) all += material.name + ": " + note + "\n";
-  return all;
 }
 
 /// A square of area 4.
@@ -335,15 +306,9 @@ TEST_CASE("strips and fans of a glTF file have their area, and points and lines 
   const auto strip = with(band, 5), fan = with(disc, 6);
   CHECK(area_of(strip) == Catch::Approx(4 + 9));
   CHECK(area_of(fan) == Catch::Approx(4 + 3));  // 12 sin(30 degrees) / 2
-  for (const auto* mesh : {&strip, &fan}) {     // all triangles face one side, the strip's -z
-    double front = 0;
-    for (const auto& t : mesh->triangles)
-      front += glm::cross(mesh->positions[t.y] - mesh->positions[t.x],
-                          mesh->positions[t.z] - mesh->positions[t.x])
-                   .z /
-               2;
-    CHECK(front == Catch::Approx(mesh == &strip ? 4 - 9 : 4 + 3));
-  }
+  // All triangles face one side, the strip's -z
+  CHECK(areas_of(strip).second == Catch::Approx(4 - 9));
+  CHECK(areas_of(fan).second == Catch::Approx(4 + 3));
   for (const int mode : {0, 1, 2, 3}) {
     const auto mesh = with(band, mode);
     CHECK(area_of(mesh) == Catch::Approx(4));
@@ -483,14 +448,6 @@ Gltf draco_file(const Grid& grid) {
   return file.add_node({{"mesh", 0}});
 }
 
-TEST_CASE("Draco's primitives of a glTF file are read, with more than 65536 vertices") {
-  const Folder folder;
-  const Grid grid(260);
-  const auto mesh = load(folder, draco_file(grid));
-  CHECK(mesh.triangles.size() == grid.corners.size() / 3);
-  CHECK(area_of(mesh) == Catch::Approx(grid.area()).epsilon(1e-9));
-}
-
 /// The grid as EXT_meshopt_compression has it, in a buffer whose stand-in has no bytes.
 Gltf meshopt_file(const Grid& grid, bool as_sequence) {
   Gltf file;
@@ -531,13 +488,15 @@ Gltf meshopt_file(const Grid& grid, bool as_sequence) {
   return file.add_node({{"mesh", 0}});
 }
 
-TEST_CASE("buffers of EXT_meshopt_compression are read, whose stand-ins have no bytes") {
+TEST_CASE("compressed glTF files of more than 65536 vertices are read, by Draco and meshopt") {
   const Folder folder;
   const Grid grid(260);
-  for (const bool as_sequence : {false, true}) {
-    const auto mesh = load(folder, meshopt_file(grid, as_sequence));
+  for (const auto& [file, error] : {std::pair{draco_file(grid), 1e-9},
+                                    {meshopt_file(grid, false), 1e-12},
+                                    {meshopt_file(grid, true), 1e-12}}) {
+    const auto mesh = load(folder, file);
     CHECK(mesh.triangles.size() == grid.corners.size() / 3);
-    CHECK(area_of(mesh) == Catch::Approx(grid.area()).epsilon(1e-12));
+    CHECK(area_of(mesh) == Catch::Approx(grid.area()).epsilon(error));
   }
 }
 

@@ -1,5 +1,4 @@
 // SPDX-License-Identifier: Apache-2.0
-#include <cstring>
 #include <sstream>
 
 #include "host/geometry/world.hpp"

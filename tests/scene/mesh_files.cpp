@@ -2,20 +2,9 @@
 // What OBJ and MTL files say: written here, with shapes and colours that are known.
 #include "tests/support/mesh_files.hpp"
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <glm/geometric.hpp>
-#include <random>
 #include <sstream>
-#include <string>
-#include <vector>
 
-#include "host/scene/image.hpp"
-#include "host/scene/mesh.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/german.hpp"
 #include "tests/support/gltf.hpp"
 

@@ -1,15 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What PLY, STL and OFF files say: written here, with shapes and colours that are known.
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <cstdint>
-#include <functional>
-#include <glm/geometric.hpp>
-#include <string>
-#include <utility>
-#include <vector>
 
 #include "tests/support/mesh_files.hpp"
 

@@ -2,15 +2,7 @@
 // Section [slm]: what arrives, and what is refused.
 #include "host/scene/slm.hpp"
 
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <string>
-#include <vector>
-
-#include "host/scene/image.hpp"
 #include "host/scene/read_slm.hpp"
-#include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
@@ -138,27 +130,6 @@ TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
                                "bits; give 10 to raywave encode"));
 }
 
-TEST_CASE("keys of [slm] left out have the documented defaults") {
-  const auto slm = Bench().load("");
-  CHECK(slm.encoding == Encoding::automatic);
-  CHECK(slm.clip == 0.9);
-  CHECK(slm.band == glm::dvec2(1));
-  CHECK(slm.levels == 256);
-  CHECK(slm.levels_per_turn == 256);
-  CHECK_FALSE(slm.invert);
-  CHECK(slm.offset_turns == 0);
-  CHECK(slm.lut.values.empty());
-  CHECK(slm.flatness.picture.pixels.empty());
-  CHECK(slm.zernike.empty());
-  CHECK(slm.carrier == glm::dvec2(0));
-  CHECK(slm.shift_m == glm::dvec2(0));
-  CHECK(slm.shift_distance_m == 0.1);
-  CHECK_FALSE(slm.lens_m.has_value());
-  CHECK_FALSE((slm.flip_x || slm.flip_y));
-  CHECK(slm.rotate_deg == 0);
-  CHECK_FALSE(slm.stop.has_value());
-}
-
 TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of the scene itself") {
   const Bench bench;
   CHECK(bench.load("lut = \"rising.txt\"").lut.values[255] == Approx(1));
@@ -176,8 +147,12 @@ TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and a
     return bench.load("lut = \"" + file + "\"").lut;
   };
   const std::vector<double> three{0, 0.25, 1};
-  bench.folder.write("few.txt", "0 0.25 1");
-  CHECK(read("few.txt") == Lut{{}, three});
+  for (const char* text : {"0 0.25 1",
+                           "\xef\xbb\xbf"
+                           "0\r\n0.25\r\n1\r\n"}) {  // a byte order mark
+    bench.folder.write("few.txt", text);
+    CHECK(read("few.txt") == Lut{{}, three});
+  }
   bench.folder.write("heading.csv", "Grey level,Phase (turns)\n200,1\n0,0\n100,0.25\n");
   CHECK(read("heading.csv") == Lut{{0, 100, 200}, three});
   bench.folder.write("german.csv", "Stufe;Phase\r\n0;0,0\r\n100;0,25\r\n200;1,0\r\n");
@@ -415,14 +390,6 @@ TEST_CASE("a flatness picture of another size than the SLM is refused, unless it
                                "give flatness_fit = \"centre\" to crop or pad it"));
   slm.flatness.centre = true;
   require_fit(slm.flatness, {2, 3});
-}
-
-TEST_CASE("a LUT that begins with a byte order mark is read") {
-  const Bench bench;
-  std::string text = "\xef\xbb\xbf";
-  for (int i = 0; i < 256; ++i) text += std::to_string(i / 255.0) + "\r\n";
-  bench.folder.write("marked.csv", text);
-  CHECK(bench.load("lut = \"marked.csv\"").lut.values[255] == Approx(1));
 }
 
 TEST_CASE("a LUT of voltages is refused with the range that phases have") {

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/spectrum.hpp"
 
-#include <cmath>
-#include <string>
-
-#include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"

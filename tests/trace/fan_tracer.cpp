@@ -5,7 +5,6 @@
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/shading.hpp"
-#include "host/scene/image.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 

@@ -2,13 +2,10 @@
 /// Light from mirrors and through glass as samples (kernels/samples/paths.cl).
 #include <glm/matrix.hpp>
 
-#include "cl/buffer.hpp"
-#include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/shading.hpp"
 #include "host/reference/specular.hpp"
 #include "host/render.hpp"
-#include "host/trace/gatherer.hpp"
 #include "host/view/compare.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/trace/bench.hpp"
