@@ -269,10 +269,9 @@ TEST_CASE("a file that says its z axis is up, or its unit an inch, keeps its num
     CHECK(bounds(mesh).second == glm::dvec3(1, 2, 0));
     REQUIRE(mesh.notes.size() == (*unit ? 1 : 0));
     if (*unit)
-      CHECK_THAT(mesh.notes[0], Catch::Matchers::ContainsSubstring(std::string(unit).find("inch") !=
-                                                                           std::string::npos
-                                                                       ? "unit = \"0.0254 m\""
-                                                                       : "unit = \"100 m\""));
+      CHECK_SAYS(mesh.notes[0], std::string(unit).find("inch") != std::string::npos
+                                    ? "unit = \"0.0254 m\""
+                                    : "unit = \"100 m\"");
   }
   const Mesh corner = load(folder.write(
       "b.dae",
