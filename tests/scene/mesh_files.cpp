@@ -119,7 +119,7 @@ TEST_CASE(
   CHECK_SAYS(notes_of(pair), "line 4: a face of fewer than three corners", "(2 times)");
 }
 
-TEST_CASE("an OBJ wears the materials that it names, or the default, with a note: never others") {
+TEST_CASE("an OBJ has the materials that it names, or the default, with a note: never others") {
   const Folder folder;
   folder.write("red.mtl", "newmtl red\nKd 1 0 0\n");
   folder.write("blue.mtl", "\xef\xbb\xbfnewmtl blue\r\nKd 0 0 1\r\n");

@@ -371,17 +371,6 @@ TEST_CASE("a shift is a carrier against it, as far as the SLM's band goes") {
                 "pixels show at most 0.5; give a smaller shift");
 }
 
-TEST_CASE("a flatness picture of another size than the SLM is refused, unless it may be cropped") {
-  const Bench bench;
-  auto slm = bench.load("flatness = \"flat.png\"");
-  require_fit(slm.flatness, {3, 2});
-  CHECK_REFUSED(require_fit(slm.flatness, {2, 3}),
-                "slm.toml:2: slm: flatness: the picture is 3 x 2, the SLM 2 x 3; "
-                "give flatness_fit = \"centre\" to crop or pad it");
-  slm.flatness.centre = true;
-  require_fit(slm.flatness, {2, 3});
-}
-
 TEST_CASE("a LUT of voltages is refused with the range that phases have") {
   const Bench bench;
   std::string millivolts, volts;
