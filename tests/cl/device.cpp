@@ -207,11 +207,4 @@ DEVICE_TEST("cosine and sine of a phase in turns are right to 1.7e-7") {
   }
 }
 
-DEVICE_TEST("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.7e-7",
-            "[.full]") {
-  const double error = selftest::cos_sin_error_everywhere(device, 1);
-  INFO(device.info().name << ": " << error);
-  CHECK(error <= 1.7e-7);
-}
-
 }  // namespace raywave

@@ -371,19 +371,6 @@ DEVICE_TEST(
   }
 }
 
-DEVICE_TEST("one loaded source serves several targets") {
-  const Setup s{{50, 34}, {2 * um, 2 * um}, red_m, {30 * um, 8 * um}, 0.2 * mm};
-  const auto source = noise(s.size, 10);
-  Propagator propagator(device, spec_of(s));
-  cl::ComplexBuffer field(device, source, "field");
-  propagator.load(field);
-  propagator.add({{}, 0.4 * mm});
-  propagator.collect(field);
-  propagator.add({s.shift_m, s.distance_m});
-  propagator.collect(field);
-  CHECK(field.read() == propagate(device, source, s));
-}
-
 DEVICE_TEST("a shift beyond reach is refused with the largest that is usable") {
   // The steepest light that arrives has the highest sampled frequency f = 63/128 per um (64/128 to
   // the other side) and leaves for the far edge of the padded plane across, where its other slope
