@@ -84,7 +84,7 @@ class SceneObject:
     @property
     def mesh(self) -> Any:
         """The mesh: the name of a file; (vertices, faces), (vertices, faces, uv) or
-        (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture or colours it wears
+        (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture or colours it has
         where the scene names no material.
 
         vertices: (n, 3), float32 or float64, in the object's own units (the key `width` scales

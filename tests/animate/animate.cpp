@@ -1,13 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/animate.hpp"
 
-#include <cmath>
-#include <complex>
-#include <nlohmann/json.hpp>
-#include <numbers>
-#include <sstream>
-
-#include "host/scene/image.hpp"
 #include "tests/animate/films.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/support/render.hpp"
@@ -140,8 +133,7 @@ TEST_CASE(
   };
   made("whole", {"--no-video", "--no-preview"});
   const auto one = made("one", {"--pictures", "5"});
-  CHECK_THAT(one.out,
-             ContainsSubstring("pictures 5 to 5, of 0 to 6; videos are made of all of them"));
+  CHECK_SAYS(one.out, "pictures 5 to 5, of 0 to 6; videos are made of all of them");
   CHECK_THAT(one.err, !ContainsSubstring("ffmpeg"));
   for (const auto* name : {"frame_00010.png", "frame_00011.png"})
     CHECK(bytes_of(desk.file(std::string("one/") + name)) ==
@@ -160,8 +152,8 @@ TEST_CASE(
   made("b", {"--pictures", "3..6"});
   REQUIRE(desk.shell("cp b/frame_*.png a/ && cat b/report.jsonl >> a/report.jsonl").code == 0);
   const auto finished = made("a", {"--no-preview"});
-  CHECK_THAT(finished.out, ContainsSubstring("7 pictures were there"));
-  CHECK_THAT(finished.err, ContainsSubstring("holograms.mkv are left out"));
+  CHECK_SAYS(finished.out, "7 pictures were there");
+  CHECK_SAYS(finished.err, "holograms.mkv are left out");
   CHECK((files_of(desk.file("a")) == files_of(desk.file("whole"))));
   // A part of what is whole changes nothing
   made("a", {"--pictures", "0..4"});

@@ -2,9 +2,6 @@
 // Objects that become other meshes: pictures of them, and tracks of meshes.
 #include "host/animate/animate.hpp"
 #include "host/animate/timeline.hpp"
-#include "host/geometry/bvh.hpp"
-#include "host/render.hpp"
-#include "host/trace/instances.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/render.hpp"

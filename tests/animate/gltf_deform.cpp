@@ -2,14 +2,11 @@
 // Skins and morph targets of glTF files: vertices against closed forms, pictures against meshes at
 // rest, files that are damaged.
 #include "host/animate/animate.hpp"
-#include "host/animate/timeline.hpp"
-#include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "host/scene/gltf_motion.hpp"
 #include "tests/animate/limb.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/forked_reader.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

@@ -6,7 +6,6 @@
 
 #include "host/animate/animate.hpp"
 #include "host/animate/timeline.hpp"
-#include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/forked_reader.hpp"

@@ -6,8 +6,6 @@
 #include <cmath>
 #include <functional>
 
-#include "cl/buffer.hpp"
-#include "cl/program.hpp"
 #include "host/common/cache.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
@@ -205,13 +203,6 @@ DEVICE_TEST("cosine and sine of a phase in turns are right to 1.7e-7") {
     INFO(device.info().name << ", " << lanes << " lanes");
     CHECK(selftest::cos_sin_error(device, lanes, selftest::cos_sin_arguments()) <= 1.7e-7);
   }
-}
-
-DEVICE_TEST("cosine and sine of every float from -0.5 to 0.5 turns are right to 1.7e-7",
-            "[.full]") {
-  const double error = selftest::cos_sin_error_everywhere(device, 1);
-  INFO(device.info().name << ": " << error);
-  CHECK(error <= 1.7e-7);
 }
 
 }  // namespace raywave

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs built ahead, and runs without a compiler, as on an FPGA.
 #include "cl/program_folder.hpp"
-#include "host/common/npy.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"

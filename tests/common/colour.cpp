@@ -6,7 +6,6 @@
 #include <glm/geometric.hpp>
 #include <glm/matrix.hpp>
 #include <stdexcept>
-#include <vector>
 
 #include "tests/support/catch.hpp"
 

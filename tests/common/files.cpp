@@ -9,10 +9,8 @@
 #include <cstring>
 #include <tuple>
 
-#include "host/common/npy.hpp"
 #include "host/common/output.hpp"
 #include "host/encode/pictures.hpp"
-#include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/forked_reader.hpp"
 

@@ -1,10 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/text.hpp"
 
-#include <clocale>
-#include <locale>
-#include <string>
-
 #include "host/common/memory_need.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/german.hpp"

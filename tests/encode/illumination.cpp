@@ -2,8 +2,6 @@
 // Light that falls onto the SLM otherwise than straight: [illumination].
 #include <glm/trigonometric.hpp>
 
-#include "host/common/error.hpp"
-#include "host/encode/panel.hpp"
 #include "host/encode/shown.hpp"
 #include "host/render.hpp"
 #include "host/scene/read_slm.hpp"

@@ -2,7 +2,6 @@
 // Predictions, held to measurements on scenes that no fit has seen.
 #include "host/evaluate/goal_check.hpp"
 #include "host/forecast/tuning.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 

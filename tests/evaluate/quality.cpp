@@ -1,16 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/quality.hpp"
 
-#include <algorithm>
-#include <array>
-#include <cmath>
 #include <nlohmann/json.hpp>
-#include <numeric>
 
-#include "host/common/error.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/planning/make_plan.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 

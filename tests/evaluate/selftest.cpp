@@ -5,7 +5,6 @@
 #include <nlohmann/json.hpp>
 #include <set>
 
-#include "host/common/error.hpp"
 #include "tests/support/devices.hpp"
 
 namespace raywave {

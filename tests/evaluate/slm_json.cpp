@@ -2,7 +2,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/evaluate/report.hpp"
-#include "host/scene/image.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 

@@ -1,18 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/trade/trade.hpp"
 
-#include <algorithm>
 #include <nlohmann/json.hpp>
-#include <set>
-#include <sstream>
-#include <stdexcept>
-#include <tuple>
 
-#include "host/common/error.hpp"
 #include "host/forecast/tuning.hpp"
-#include "tests/support/catch.hpp"
 #include "tests/support/devices.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {

@@ -5,14 +5,10 @@
 
 #include <sys/stat.h>
 
-#include "host/common/error.hpp"
-#include "host/forecast/tuning.hpp"
-#include "host/render.hpp"
 #include "host/trace/work_shape.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/environment.hpp"
 #include "tests/support/render.hpp"
-#include "tests/support/scenes.hpp"
 
 namespace raywave {
 namespace {

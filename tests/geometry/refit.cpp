@@ -2,11 +2,8 @@
 // Objects that deform: trees that are refitted, and worlds whose vertices change.
 #include <cstring>
 
-#include "host/geometry/bvh.hpp"
-#include "host/geometry/deform.hpp"
 #include "host/geometry/extents.hpp"
 #include "host/geometry/normal_cones.hpp"
-#include "host/geometry/world.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/geometry/world.hpp"
 
-#include "host/common/error.hpp"
 #include "host/geometry/extents.hpp"
-#include "host/geometry/vertex_tree.hpp"
-#include "host/plan/plan.hpp"
 #include "host/planning/make_plan.hpp"
 #include "tests/support/worlds.hpp"
 

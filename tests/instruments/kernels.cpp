@@ -6,10 +6,8 @@
 
 #include "host/carriers/virtual_planes/compact_gatherer.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
-#include "host/geometry/bvh.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/refine/refine.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"

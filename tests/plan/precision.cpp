@@ -3,12 +3,8 @@
 // (host/reference/pipeline.hpp), at the paper's setting and at the extremes.
 #include "host/plan/precision.hpp"
 
-#include "host/plan/footprint.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/reference/gathering.hpp"
-#include "host/reference/pipeline.hpp"
 #include "host/trace/gather_options.hpp"
-#include "host/trace/gatherer.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;

@@ -3,7 +3,6 @@
 
 #include <cstdio>
 
-#include "host/common/error.hpp"
 #include "host/reference/propagation.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
@@ -370,19 +369,6 @@ DEVICE_TEST(
     CHECK(field.read() ==
           propagate(device, source, {s.size, s.pitch_m, red_m, target.shift_m, target.distance_m}));
   }
-}
-
-DEVICE_TEST("one loaded source serves several targets") {
-  const Setup s{{50, 34}, {2 * um, 2 * um}, red_m, {30 * um, 8 * um}, 0.2 * mm};
-  const auto source = noise(s.size, 10);
-  Propagator propagator(device, spec_of(s));
-  cl::ComplexBuffer field(device, source, "field");
-  propagator.load(field);
-  propagator.add({{}, 0.4 * mm});
-  propagator.collect(field);
-  propagator.add({s.shift_m, s.distance_m});
-  propagator.collect(field);
-  CHECK(field.read() == propagate(device, source, s));
 }
 
 DEVICE_TEST("a shift beyond reach is refused with the largest that is usable") {

@@ -1,9 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surfaces near the hologram and in its plane: z = 0 is no special place.
-#include "host/common/error.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/render.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"

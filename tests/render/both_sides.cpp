@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes before the hologram (z < 0: real images), and on both sides of it.
-#include "host/common/error.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/render.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
 

@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Brightness of fields: |u|^2 at the hologram is the irradiance of the scene's radiance, whatever
 // the sampling pitch, the method and the tiles (docs/conventions.md#brightness).
-#include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 

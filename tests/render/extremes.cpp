@@ -3,11 +3,8 @@
 // is refused with a reason.
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/render.hpp"
 #include "host/view/colour_picture.hpp"
-#include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
-#include "host/view/reconstruct.hpp"
 #include "tests/support/finite.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/worlds.hpp"

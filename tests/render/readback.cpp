@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Grey levels are copied to the host while the next frame is computed.
 #include "host/encode/encode.hpp"
-#include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/opencl_spy.hpp"
 #include "tests/support/render.hpp"

@@ -2,13 +2,9 @@
 // Holograms computed in tiles, compared with holograms computed in one piece.
 #include "host/planning/tiles.hpp"
 
-#include <numeric>
-
 #include "host/carriers/planning/facts.hpp"
-#include "host/plan/memory.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/render.hpp"
 

@@ -4,10 +4,7 @@
 #include <csignal>
 #include <thread>
 
-#include "cl/device.hpp"
-#include "host/common/npy.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/scene/mesh.hpp"
 #include "host/scene/read_slm.hpp"
 #include "tests/support/forked_reader.hpp"
 #include "tests/support/program.hpp"

@@ -5,7 +5,6 @@
 #include <glm/common.hpp>
 
 #include "host/geometry/deform.hpp"
-#include "host/geometry/world.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/forked_reader.hpp"

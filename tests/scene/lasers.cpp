@@ -1,11 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Scenes of several lasers: hologram.wavelength as a list, and [colour].
-#include <cmath>
-#include <string>
-#include <vector>
 
-#include "host/common/error.hpp"
-#include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"

@@ -5,14 +5,9 @@
 #include <numbers>
 #include <sstream>
 
-#include "host/common/error.hpp"
-#include "host/geometry/world.hpp"
 #include "host/reference/looks.hpp"
-#include "host/scene/image.hpp"
-#include "host/scene/mesh_materials.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/gltf.hpp"
+#include "tests/support/mesh_files.hpp"
 
 namespace raywave {
 namespace {
@@ -33,10 +28,6 @@ Scene scene_of(const std::filesystem::path& mesh, double wavelength_m = 638e-9) 
   scene.objects[0].position_m = {0, 0, 20e-3};
   scene.objects[0].where = "object 0";
   return scene;
-}
-
-double srgb_to_linear(double s) {
-  return s <= 0.04045 ? s / 12.92 : std::pow((s + 0.055) / 1.055, 2.4);
 }
 
 /// A square with this material of glTF.
@@ -228,11 +219,11 @@ TEST_CASE("pictures in a GLB, in a data URI and beside the file are the same, li
     for (int j = 0; j < 3; ++j)
       for (int i = 0; i < 4; ++i)
         CHECK(double{image.pixels[4 * j + i]} ==
-              Catch::Approx(srgb_to_linear(level(i, j) / 255.0)).epsilon(1e-5));
+              Catch::Approx(test::linear(level(i, j) / 255.0)).epsilon(1e-5));
     // Another wavelength sees another channel
     const auto blue = build_world(scene_of(mesh, 450e-9));
     CHECK(double{blue.maps[0].colour.image->pixels[5]} ==
-          Catch::Approx(srgb_to_linear(30 / 255.0)).epsilon(1e-5));
+          Catch::Approx(test::linear(30 / 255.0)).epsilon(1e-5));
   }
 }
 
@@ -297,11 +288,11 @@ TEST_CASE("the maps of a glTF material lie where its transforms and wrap modes p
   }
   // Colours are decoded from sRGB, numbers are not
   CHECK(double{maps.emission.image->pixels[3]} ==
-        Catch::Approx(srgb_to_linear(48 / 255.0)).epsilon(1e-5));
+        Catch::Approx(test::linear(48 / 255.0)).epsilon(1e-5));
   CHECK(double{maps.normal[0].image->pixels[3]} == Catch::Approx(48 / 255.0));
 }
 
-TEST_CASE("an OBJ's materials are those of its MTL file, each on its own triangles") {
+TEST_CASE("an OBJ's materials are Phong's numbers of its MTL file") {
   const Folder folder;
   folder.write("paint.tga",
                test::tga_picture(2, 2, [](int, int) { return glm::u8vec4(188, 188, 188, 255); }));
@@ -310,16 +301,10 @@ TEST_CASE("an OBJ's materials are those of its MTL file, each on its own triangl
                "newmtl dull\nKd 0.6 0.6 0.6\nKs 0.5 0.5 0.5\nNs 40\nKe 0.25 0 0\nillum 1\n"
                "map_Kd paint.tga\n"
                "newmtl thin\nKd 1 1 1\nd 0.25\nillum 2\nmap_Ks paint.tga\nbump paint.tga\n");
-  std::ostringstream obj;
-  obj << "mtllib things.mtl\n";
-  for (int z = 0; z < 4; ++z)
-    for (const char* corner : {"0 0", "1 0", "1 1"}) obj << "v " << corner << ' ' << z << '\n';
-  obj << "vt 0 0\nvt 1 0\nvt 1 1\n";
-  const char* names[] = {"shiny", "dull", "thin", "nowhere"};
-  for (int i = 0; i < 4; ++i)
-    obj << "usemtl " << names[i] << "\nf " << 3 * i + 1 << "/1 " << 3 * i + 2 << "/2 " << 3 * i + 3
-        << "/3\n";
-  const auto scene = scene_of(folder.write("things.obj", obj.str()));
+  std::string obj = "mtllib things.mtl\nv 0 0 0\nv 1 0 0\nv 1 1 0\nvt 0 0\nvt 1 0\nvt 1 1\n";
+  for (const char* name : {"shiny", "dull", "thin"})
+    obj += std::string("usemtl ") + name + "\nf 1/1 2/2 3/3\n";
+  const auto scene = scene_of(folder.write("things.obj", obj));
   const auto world = build_world(scene);
   REQUIRE(world.materials.size() == 3);
   const auto named = [&](const std::string& name) {
@@ -338,68 +323,38 @@ TEST_CASE("an OBJ's materials are those of its MTL file, each on its own triangl
   CHECK(dull.emission.x == Catch::Approx(0.25));
   REQUIRE(world.maps[named("dull")].colour);
   CHECK(double{world.maps[named("dull")].colour.image->pixels[0]} ==
-        Catch::Approx(srgb_to_linear(188 / 255.0)).epsilon(1e-5));
+        Catch::Approx(test::linear(188 / 255.0)).epsilon(1e-5));
   CHECK(thin.alpha == Catch::Approx(0.25));
   CHECK(thin.alpha_mode == AlphaMode::blend);
-  // Three triangles wear them; a name that no file explains is the scene's default
   for (const auto& found : world.found[0].materials) CHECK(found.triangles == 1);
-  CHECK(std::count(world.triangle_material.begin(), world.triangle_material.end(), -1) == 1);
   const auto notes = notes_of(scene, world);
   CHECK_SAYS(notes, "material \"thin\": specular map is ignored");
   CHECK_SAYS(notes, "material \"thin\": bump map is ignored");
 }
 
-TEST_CASE("colours of vertices: linear in glTF, decoded from sRGB in PLY, OBJ and STL") {
+TEST_CASE("colours of vertices multiply white, and lie in the world at their corners") {
   const Folder folder;
-  const auto scene_red = [&](const std::filesystem::path& mesh) {
-    return build_world(scene_of(mesh));
-  };
-  // PLY: three corners, 8 bits each
-  const auto ply = scene_red(folder.write(
-      "a.ply",
-      "ply\nformat ascii 1.0\nelement vertex 3\nproperty float x\nproperty float y\n"
-      "property float z\nproperty uchar red\nproperty uchar green\nproperty uchar blue\n"
-      "element face 1\nproperty list uchar int vertex_indices\nend_header\n"
-      "0 0 0 255 0 0\n1 0 0 188 0 0\n0 1 0 0 0 0\n3 0 1 2\n"));
-  const auto& m = only_material(ply);
+  const auto world = build_world(
+      scene_of(folder.write("a.obj", "v 0 0 0 1 0 0\nv 1 0 0 0.5 0 0\nv 0 1 0 0 0 0\nf 1 2 3\n")));
+  const auto& m = only_material(world);
   CHECK(m.vertex_colours);
   CHECK(m.diffuse == glm::dvec3(1));
   CHECK(glm::distance(m.ambient, glm::dvec3(0.1)) < 1e-12);
-  REQUIRE(ply.colours.size() == 3);
-  const auto brightness_at = [](const World& world, double x, double y) {
-    for (std::size_t i = 0; i < world.positions.size(); ++i)
-      if (std::abs(world.positions[i].x - x) < 1e-9 && std::abs(world.positions[i].y - y) < 1e-9)
-        return double{world.colours[i].x};
-    FAIL("no such corner");
-    return 0.0;
-  };
-  CHECK(brightness_at(ply, -0.5e-3, -0.5e-3) == Catch::Approx(1));
-  CHECK(brightness_at(ply, 0.5e-3, -0.5e-3) ==
-        Catch::Approx(srgb_to_linear(188 / 255.0)).epsilon(1e-5));
-  CHECK(brightness_at(ply, -0.5e-3, 0.5e-3) == 0);
-  // OBJ: floats behind the position
-  const auto obj = scene_red(
-      folder.write("a.obj", "v 0 0 0 0.5 0 0\nv 1 0 0 0.5 0 0\nv 0 1 0 0.5 0 0\nf 1 2 3\n"));
-  CHECK(double{obj.colours.at(0).x} == Catch::Approx(srgb_to_linear(0.5)).epsilon(1e-5));
-  // glTF
+  REQUIRE(world.colours.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    const auto& p = world.positions[i];
+    CHECK(double{world.colours[i].x} == Catch::Approx(p.y > 0   ? 0
+                                                      : p.x > 0 ? test::linear(0.5)
+                                                                : 1)
+                                            .epsilon(1e-5));
+  }
+  // Of glTF with their alpha
   Gltf file;
   auto part = Gltf::square(1, {0, 0, 0}, file.material({{"name", "painted"}}));
   part.colours.resize(4, {0.5f, 0.25f, 0, 0.75f});
-  const auto gltf = scene_red(folder.write("b.glb", file.add(part).glb()));
+  const auto gltf = build_world(scene_of(folder.write("b.glb", file.add(part).glb())));
   CHECK(only_material(gltf).vertex_colours);
-  CHECK(double{gltf.colours.at(0).x} == Catch::Approx(0.5));
-  CHECK(double{gltf.colours.at(0).a} == Catch::Approx(0.75));
-  // A binary STL whose faces have 15-bit colours (VisCAM)
-  std::string stl(80, ' ');
-  const auto put = [&](auto value) {
-    stl.append(reinterpret_cast<const char*>(&value), sizeof value);
-  };
-  put(std::uint32_t{1});
-  for (const int x : {0, 0, 1, 0, 0, 0, 1, 0, 0, 0, 1, 0}) put(static_cast<float>(x));
-  put(static_cast<std::uint16_t>(0x8000 | 16 << 10));
-  const auto stl_world = scene_red(folder.write("a.stl", stl));
-  CHECK(double{stl_world.colours.at(0).x} ==
-        Catch::Approx(srgb_to_linear(16 / 31.0)).epsilon(0.01));
+  CHECK(gltf.colours.at(0) == glm::vec4(0.5f, 0.5f, 0.5f, 0.75f));  // the laser's channel
 }
 
 TEST_CASE("a mesh without materials has the scene's, as ever") {

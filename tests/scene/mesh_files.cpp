@@ -2,20 +2,9 @@
 // What OBJ and MTL files say: written here, with shapes and colours that are known.
 #include "tests/support/mesh_files.hpp"
 
-#include <algorithm>
-#include <array>
 #include <bit>
-#include <cmath>
-#include <glm/geometric.hpp>
-#include <random>
 #include <sstream>
-#include <string>
-#include <vector>
 
-#include "host/scene/image.hpp"
-#include "host/scene/mesh.hpp"
-#include "tests/support/catch.hpp"
-#include "tests/support/files.hpp"
 #include "tests/support/german.hpp"
 #include "tests/support/gltf.hpp"
 
@@ -23,7 +12,6 @@ namespace raywave {
 namespace {
 
 using namespace test;
-using Catch::Matchers::ContainsSubstring;
 using Outline = std::vector<glm::dvec2>;
 
 double shoelace(const Outline& outline) {
@@ -115,9 +103,8 @@ TEST_CASE(
   for (const Outline& crossing : {Outline{{0, 0}, {1, 1}, {1, 0}, {0, 1}},
                                   Outline{{0, 0}, {4, 4}, {4, 0}, {0, 2}, {-1, 1}}}) {
     const auto text = obj_of(crossing, {1, 0, 0}, {0, 1, 0}, {});
-    CHECK_THAT(refusal(folder.write("a.obj", text)),
-               ContainsSubstring("line " + std::to_string(crossing.size() + 1)) &&
-                   ContainsSubstring("crosses itself"));
+    CHECK_SAYS(refusal(folder.write("a.obj", text)), "line " + std::to_string(crossing.size() + 1),
+               "crosses itself");
   }
   // Four corners that no plane shows as an outline: along the shorter diagonal, 0-2
   const glm::dvec3 p(-0.12, 0.194, -0.496), q(-0.132, 0.141, -0.496), r(0.092, 0.093, 0);
@@ -126,14 +113,13 @@ TEST_CASE(
                                          "v 0.092 0.093 0\nf 1 2 3 4\n"));
   CHECK(area_of(twisted) ==
         Catch::Approx((glm::length(glm::cross(p, q)) + glm::length(glm::cross(q, r))) / 2));
-  CHECK_THAT(notes_of(twisted), ContainsSubstring("line 5: a twisted face"));
+  CHECK_SAYS(notes_of(twisted), "line 5: a twisted face");
   const auto pair = load(folder.write("a.obj", three + "f 1 2\n" + face + "f 3 2\n"));
   CHECK(area_of(pair) == 0.5);
-  CHECK_THAT(notes_of(pair), ContainsSubstring("line 4: a face of fewer than three corners") &&
-                                 ContainsSubstring("(2 times)"));
+  CHECK_SAYS(notes_of(pair), "line 4: a face of fewer than three corners", "(2 times)");
 }
 
-TEST_CASE("an OBJ wears the materials that it names, or the default, with a note: never others") {
+TEST_CASE("an OBJ has the materials that it names, or the default, with a note: never others") {
   const Folder folder;
   folder.write("red.mtl", "newmtl red\nKd 1 0 0\n");
   folder.write("blue.mtl", "\xef\xbb\xbfnewmtl blue\r\nKd 0 0 1\r\n");
@@ -168,7 +154,7 @@ TEST_CASE("an OBJ wears the materials that it names, or the default, with a note
       const auto m = mesh.triangle_material.empty() ? -1 : mesh.triangle_material[i];
       CHECK((m < 0 ? "" : mesh.materials[static_cast<std::size_t>(m)].name) == row.names[i]);
     }
-    CHECK_THAT(notes_of(mesh), ContainsSubstring(row.note));
+    CHECK_SAYS(notes_of(mesh), row.note);
     CHECK(row.note.empty() == notes_of(mesh).empty());
   }
 }
@@ -185,10 +171,10 @@ TEST_CASE("numbers of an OBJ are read as they are written") {
   CHECK(area("v 0 0 0 # a\r\nv 1 0 0\rv 0 1 0\nf -3 -2 -1 #b\n") == 0.5);
   CHECK(area("v 1e-400 0 0\nv 1 0 0\nv 0 1 0\n" + face) == 0.5);
   for (const char* bad : {"v 1,5 0 0\n", "v 1 0\n", "v a b c\n", "v 1e400 0 0\n", "v 1d0x 0 0\n"})
-    CHECK_THAT(refusal(folder.write("a.obj", three + bad + face)), ContainsSubstring(": line 4: "));
+    CHECK_SAYS(refusal(folder.write("a.obj", three + bad + face)), ": line 4: ");
   for (const char* bad : {"f 1 2 4\n", "f 0 1 2\n", "f 1 2 -4\n", "f 1/1/1/1 2 3\n", "f 1 2 x\n"})
-    CHECK_THAT(refusal(folder.write("a.obj", three + bad)),
-               ContainsSubstring(bad[4] == '2' && bad[6] == '4' ? "names a vertex" : ": line 4: "));
+    CHECK_SAYS(refusal(folder.write("a.obj", three + bad)),
+               bad[4] == '2' && bad[6] == '4' ? "names a vertex" : ": line 4: ");
 
   const auto colours = [&](const std::string& of) {
     return load(
@@ -253,11 +239,10 @@ TEST_CASE("an MTL's maps lie where their options put them, whatever stands befor
   const auto clamped = look("map_Kd -clamp on t.tga\nnorm -bm 0.5 t.tga\n");
   CHECK(material_of(clamped, 0).look.base_map.place.wrap_v == Wrap::clamp);
   CHECK(material_of(clamped, 0).look.normal_scale == 0.5);
-  CHECK_THAT(notes_of(look("Kd 1 0 0\nmap_Kd lost.tga\n")),
-             ContainsSubstring("\"lost.tga\"") && ContainsSubstring("m.mtl, line 3"));
-  CHECK_THAT(notes_of(look("Kd 1 0 0\nPccns 1\nKd x 0 0\n")),
-             ContainsSubstring("\"pccns\" is ignored (m.mtl, line 3)") &&
-                 ContainsSubstring("\"x\" is no number and is ignored (m.mtl, line 4)"));
+  CHECK_SAYS(notes_of(look("Kd 1 0 0\nmap_Kd lost.tga\n")), "\"lost.tga\"", "m.mtl, line 3");
+  CHECK_SAYS(notes_of(look("Kd 1 0 0\nPccns 1\nKd x 0 0\n")),
+             "\"pccns\" is ignored (m.mtl, line 3)",
+             "\"x\" is no number and is ignored (m.mtl, line 4)");
   const auto inner = load(folder.write("a.obj", "mtllib maps/m.mtl\nusemtl m\n" + three + face));
   CHECK(inner.pictures.at(0).name == "maps/in.tga");
 }
@@ -290,7 +275,7 @@ TEST_CASE(
       CHECK(look.alpha == (i == 0 ? row.of_a : row.of_b));
       CHECK((look.alpha_mode == AlphaMode::blend) == (look.alpha < 1));
     }
-    CHECK_THAT(notes_of(mesh), ContainsSubstring(row.note));
+    CHECK_SAYS(notes_of(mesh), row.note);
     CHECK((*row.note == 0) == notes_of(mesh).empty());
   }
 }
@@ -345,7 +330,7 @@ TEST_CASE("a German program reads the same meshes and says the same of them") {
            description_of(from, phong_of(from, {}, false, 1, ""), {}, 0);
   };
   const auto before = say();
-  CHECK_THAT(before, ContainsSubstring("1875000 ") && ContainsSubstring("shininess 12.5"));
+  CHECK_SAYS(before, "1875000 ", "shininess 12.5");
   const test::German german;
   CHECK(say() == before);
 }

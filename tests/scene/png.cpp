@@ -3,7 +3,6 @@
 #include <png.h>
 
 #include <cstdio>
-#include <random>
 
 #include "host/scene/reader/picture.hpp"
 #include "tests/support/catch.hpp"

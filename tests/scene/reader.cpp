@@ -3,7 +3,6 @@
 #include <csignal>
 #include <thread>
 
-#include "host/scene/image.hpp"
 #include "host/scene/mesh.hpp"
 #include "host/scene/reader_process.hpp"
 #include "tests/support/catch.hpp"

@@ -75,7 +75,6 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
     const char* message;  // after "scene.toml:LINE: "
   };
   const std::vector<Case> cases{
-      {2, "resolution = [0, 720]", "hologram: resolution[0] must be 1 to 65536, got 0"},
       {2, "resolution = [65537, 720]", "hologram: resolution[0] must be 1 to 65536, got 65537"},
       {2, "resolution = [1280.0, 720]",
        "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280.0"},
@@ -91,7 +90,6 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {3, "pitch = 1979-05-27",
        "hologram: pitch must be a length: a number in metres, or a string such as \"3.74 um\", got "
        "a date or time"},
-      {4, "wavelength = 0", "hologram: wavelength must be 1 nm to 10 mm, got 0"},
       {4, "wavelength = 638",
        "hologram: wavelength must be 1 nm to 10 mm (numbers are metres; \"638 nm\" has a unit of "
        "its "
@@ -126,15 +124,10 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "wrp: distance[2] must be more than the one before, 100 mm, got 0"},
       {7, "distance = 0",
        "wrp: distance must be lengths of 1 nm or more, or of -1 nm or less, got 0"},
-      {7, "layers = 0", "wrp: layers must be 1 to 16, got 0"},
       {7, "layers = \"many\"", "wrp: layers must be a whole number, 1 to 16, got \"many\""},
-      {8, "padding = 0.5", "wrp: padding must be 1 to 8, got 0.5"},
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
       {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
-      {12, "seed = -1", "sampling: seed must be 0 to 4294967295, got -1"},
-      {13, "frames = 0", "sampling: frames must be 1 to 4096, got 0"},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
-      {16, "shadows = 1", "trace: shadows must be true or false, got 1"},
       {18, "type = \"sun\"",
        "light 0: type must be \"ambient\" or \"directional\" or \"point\" or \"spot\" or \"area\" "
        "or "
@@ -148,7 +141,6 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {28, "diffuse = [0.7, 0.6]",
        "material \"china\": diffuse must be a number or [red, green, blue], got [0.7, 0.6]"},
       {28, "diffuse = [0.7, 0.6, -1]", "material \"china\": diffuse[2] must be >= 0, got -1"},
-      {30, "shininess = -5", "material \"china\": shininess must be >= 0, got -5"},
       {31, "texture = \"none.png\"",
        "material \"china\": texture must be a file (there is none at \"none.png\"), got "
        "\"none.png\""},
@@ -159,10 +151,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "material \"china\": texture must be the name of a file, got \"checker.png?.png\""},
       {33, "transparency = 0.8",
        "material \"china\": transparency must be <= 1 - reflectivity (0.25), got 0.8"},
-      {34, "ior = 0.9", "material \"china\": ior must be 1 to 100, got 0.9"},
       {37, "mesh = \"a\\nb.ply\"",
        "object 0: mesh must be a file (there is none at \"a?b.ply\"), got \"a?b.ply\""},
-      {38, "width = -1", "object 0: width must be 1 nm to 10000 m, got -1"},
       {39, "position = [0, 0]", "object 0: position must be three lengths [x, y, z], got [0, 0]"},
       {40, "rotation = [0, 0, nan]", "object 0: rotation[2] must be -1e+06 to 1e+06, got nan"},
       {41, "material = \"chinna\"",
@@ -341,14 +331,14 @@ TEST_CASE("lights of every type have their keys, and no others") {
   };
   for (const Case& one : cases) {
     const auto message = workshop.refusal(object + one.keys);
-    CHECK_THAT(message, Catch::Matchers::ContainsSubstring(one.message));
-    CHECK_THAT(message, Catch::Matchers::ContainsSubstring("light 0"));
+    CHECK_SAYS(message, one.message);
+    CHECK_SAYS(message, "light 0");
   }
   // Samples count against the limit
-  CHECK_THAT(workshop.refusal(object + "direction = [0, 0, 1]\n[[light]]\ntype = \"area\"\n"
+  CHECK_SAYS(workshop.refusal(object + "direction = [0, 0, 1]\n[[light]]\ntype = \"area\"\n"
                                        "position = [0, 0, 1e-2]\nedges = [[1, 0, 0], [0, 1, 0]]\n"
                                        "samples = 1024\n"),
-             Catch::Matchers::ContainsSubstring("1025 lights"));
+             "1025 lights");
 }
 
 TEST_CASE("text that is not TOML is refused with its line") {

@@ -1,12 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 // docs/scene.md and docs/slm.md list the keys that scenes have, with their defaults and ranges.
-#include <fstream>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <regex>
-#include <set>
-#include <string>
-#include <vector>
 
 #include "host/scene/scene_json.hpp"
 #include "host/scene/units.hpp"

@@ -2,15 +2,7 @@
 // Section [slm]: what arrives, and what is refused.
 #include "host/scene/slm.hpp"
 
-#include <cmath>
-#include <functional>
-#include <numbers>
-#include <string>
-#include <vector>
-
-#include "host/scene/image.hpp"
 #include "host/scene/read_slm.hpp"
-#include "host/scene/scene.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
@@ -128,35 +120,14 @@ TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
   for (int i = 0; i < 1024; ++i) wide += std::to_string(i / 1000.0) + "\n";
   bench.folder.write("wide.txt", wide);
   CHECK(bench.load("bits = 10\nlut = \"wide.txt\"").lut.values.size() == 1024);
-  CHECK_THAT(bench.refusal("lut = \"wide.txt\""), ContainsSubstring("got 1024 numbers"));
+  CHECK_SAYS(bench.refusal("lut = \"wide.txt\""), "got 1024 numbers");
   bench.folder.write("ball.obj", "");
   const auto scene = bench.folder.write(
       "scene.toml",
       "[slm]\nbits = 10\n[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = \"ball.obj\"\n");
-  CHECK_THAT(input_error_of([&] { load_scene(scene); }),
-             ContainsSubstring("scene.toml:2: slm: bits must be 8 in a scene: its pictures have 8 "
-                               "bits; give 10 to raywave encode"));
-}
-
-TEST_CASE("keys of [slm] left out have the documented defaults") {
-  const auto slm = Bench().load("");
-  CHECK(slm.encoding == Encoding::automatic);
-  CHECK(slm.clip == 0.9);
-  CHECK(slm.band == glm::dvec2(1));
-  CHECK(slm.levels == 256);
-  CHECK(slm.levels_per_turn == 256);
-  CHECK_FALSE(slm.invert);
-  CHECK(slm.offset_turns == 0);
-  CHECK(slm.lut.values.empty());
-  CHECK(slm.flatness.picture.pixels.empty());
-  CHECK(slm.zernike.empty());
-  CHECK(slm.carrier == glm::dvec2(0));
-  CHECK(slm.shift_m == glm::dvec2(0));
-  CHECK(slm.shift_distance_m == 0.1);
-  CHECK_FALSE(slm.lens_m.has_value());
-  CHECK_FALSE((slm.flip_x || slm.flip_y));
-  CHECK(slm.rotate_deg == 0);
-  CHECK_FALSE(slm.stop.has_value());
+  CHECK_REFUSED(load_scene(scene),
+                "scene.toml:2: slm: bits must be 8 in a scene: its pictures have 8 "
+                "bits; give 10 to raywave encode");
 }
 
 TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of the scene itself") {
@@ -176,8 +147,12 @@ TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and a
     return bench.load("lut = \"" + file + "\"").lut;
   };
   const std::vector<double> three{0, 0.25, 1};
-  bench.folder.write("few.txt", "0 0.25 1");
-  CHECK(read("few.txt") == Lut{{}, three});
+  for (const char* text : {"0 0.25 1",
+                           "\xef\xbb\xbf"
+                           "0\r\n0.25\r\n1\r\n"}) {  // a byte order mark
+    bench.folder.write("few.txt", text);
+    CHECK(read("few.txt") == Lut{{}, three});
+  }
   bench.folder.write("heading.csv", "Grey level,Phase (turns)\n200,1\n0,0\n100,0.25\n");
   CHECK(read("heading.csv") == Lut{{0, 100, 200}, three});
   bench.folder.write("german.csv", "Stufe;Phase\r\n0;0,0\r\n100;0,25\r\n200;1,0\r\n");
@@ -201,7 +176,7 @@ TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and a
   bench.folder.write("table.npy", npy("(3, 2)", "True", {0, 100, 200, 0, 0.25, 1}));
   CHECK(read("table.npy") == Lut{{0, 100, 200}, three});
   bench.folder.write("cut.npy", npy("(4,)", "False", three));
-  CHECK_THAT(bench.refusal("lut = \"cut.npy\""), ContainsSubstring("cut.npy: is cut short"));
+  CHECK_SAYS(bench.refusal("lut = \"cut.npy\""), "cut.npy: is cut short");
 }
 
 TEST_CASE("a LUT that turns back a little becomes the nearest that does not, and a note says so") {
@@ -212,8 +187,8 @@ TEST_CASE("a LUT that turns back a little becomes the nearest that does not, and
   REQUIRE(slm.lut.values.size() == wanted.size());
   for (std::size_t i = 0; i < wanted.size(); ++i) CHECK(slm.lut.values[i] == Approx(wanted[i]));
   REQUIRE(slm.notes.size() == 2);
-  CHECK_THAT(slm.notes[0], ContainsSubstring("lut: it turns back, by up to 0.02 turns"));
-  CHECK_THAT(slm.notes[1], ContainsSubstring("it lists 7 of 256 levels"));
+  CHECK_SAYS(slm.notes[0], "lut: it turns back, by up to 0.02 turns");
+  CHECK_SAYS(slm.notes[1], "it lists 7 of 256 levels");
   CHECK(bench.load("lut = [0, 0.3, 0.3, 0.9]").notes.size() == 1);
   CHECK(bench.load("lut = \"rising.txt\"").notes.empty());
 }
@@ -232,14 +207,14 @@ zernike = { "638 nm" = [[4, 0.1]], "520 nm" = [] })";
   CHECK(green.zernike.empty());
   const std::string shift = R"(shift = { "638 nm" = ["1 mm", 0], "520 nm" = ["2 mm", 0] })";
   CHECK(bench.load(shift, {}, 520e-9).shift_m.x == Approx(2e-3));
-  CHECK_THAT(bench.refusal("levels_per_turn = { \"450 nm\" = 100 }"),
-             ContainsSubstring("levels_per_turn has \"450 nm\", none within 1 nm of 638 nm"));
+  CHECK_SAYS(bench.refusal("levels_per_turn = { \"450 nm\" = 100 }"),
+             "levels_per_turn has \"450 nm\", none within 1 nm of 638 nm");
 }
 
 TEST_CASE("a number of levels that looks like grey levels to a turn gets a note") {
   const Bench bench;
   REQUIRE(bench.load("levels = 217").notes.size() == 1);
-  CHECK_THAT(bench.load("levels = 217").notes[0], ContainsSubstring("give levels_per_turn"));
+  CHECK_SAYS(bench.load("levels = 217").notes[0], "give levels_per_turn");
   CHECK(bench.load("levels = 16\n").notes.empty());
   CHECK(bench.load("levels = 128\n").notes.empty());
 }
@@ -281,14 +256,9 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
        "slm.toml:2: slm: encoding must be \"auto\" or \"phase\" or \"double-phase\" or "
        "\"off-axis\" or "
        "\"burckhardt\" or \"lee\", got \"kinoform\""},
-      {"clip = 0", "slm.toml:2: slm: clip must be 0.01 to 1, got 0"},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
       {"bits = 9", "slm.toml:2: slm: bits must be 8 or 10, got 9"},
-      {"bits = 12", "slm.toml:2: slm: bits must be 8 or 10, got 12"},
-      {"levels = 1", "slm.toml:2: slm: levels must be 2 to 256, got 1"},
       {"bits = 10\nlevels = 1025", "slm.toml:3: slm: levels must be 2 to 1024, got 1025"},
-      {"levels_per_turn = 2000", "slm.toml:2: slm: levels_per_turn must be 2 to 1024, got 2000"},
-      {"invert = 1", "slm.toml:2: slm: invert must be true or false, got 1"},
       {"lut_unit = \"degrees\"",
        "slm.toml:2: slm: lut_unit must be \"turns\" or \"radians\", got \"degrees\""},
       {"\nlut = \"turns_back.txt\"",
@@ -353,7 +323,6 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
        "slm.toml:2: slm: flatness_unit must be \"levels\" or \"nm\", got \"um\""},
       {"flip = \"z\"", "slm.toml:2: slm: flip must be \"x\", \"y\", \"xy\" or \"\", got \"z\""},
       {"rotate = 45", "slm.toml:2: slm: rotate must be 0, 90, 180 or 270, got 45"},
-      {"stop = 0", "slm.toml:2: slm: stop must be 0.001 to 1, got 0"},
       {"stop_centre = [0, 0]",
        "slm.toml:2: slm: stop_centre must be given with stop, the size of the aperture"},
       {"stop = \"none\"\nstop_centre = [0, 0]",
@@ -368,8 +337,8 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
     CHECK(said.substr(0, std::string(message).size()) == message);
     CHECK(said.find('\n') == std::string::npos);
   }
-  CHECK_THAT(bench.refusal("", {"slm.levels=1"}),
-             ContainsSubstring("--set slm.levels=1: slm: levels must be 2 to 256, got 1"));
+  CHECK_SAYS(bench.refusal("", {"slm.levels=1"}),
+             "--set slm.levels=1: slm: levels must be 2 to 256, got 1");
 }
 
 TEST_CASE("a file of an SLM holds [slm] and nothing else, or is a scene, which may hold it, too") {
@@ -379,7 +348,7 @@ TEST_CASE("a file of an SLM holds [slm] and nothing else, or is a scene, which m
                                     "[[object]]\nmesh = \"ball.obj\"\n"),
                  638e-9)
             .flip_y);
-  CHECK_THAT(bench.refusal("[hologram]\n"), ContainsSubstring("unknown key \"hologram\""));
+  CHECK_SAYS(bench.refusal("[hologram]\n"), "unknown key \"hologram\"");
   bench.folder.write("ball.obj", "");
   const auto scene = load_scene(
       bench.folder.write("scene.toml",
@@ -397,32 +366,9 @@ TEST_CASE("a shift is a carrier against it, as far as the SLM's band goes") {
   const auto carrier = carrier_of(slm, {1e-6, 0.5e-6}, 800e-9);
   CHECK(carrier.x == Approx(-3.0 / 13 / 0.8));
   CHECK(carrier.y == Approx(4.0 / 13 * 0.5 / 0.8));
-  CHECK_THAT(input_error_of([&] {
-               carrier_of(slm, {2e-6, 2e-6}, 800e-9);
-             }),
-             ContainsSubstring("slm.shift: 3 mm, -4 mm at 12 mm needs a carrier of ") &&
-                 ContainsSubstring("pixels show at most 0.5; give a smaller shift"));
-}
-
-TEST_CASE("a flatness picture of another size than the SLM is refused, unless it may be cropped") {
-  const Bench bench;
-  auto slm = bench.load("flatness = \"flat.png\"");
-  require_fit(slm.flatness, {3, 2});
-  CHECK_THAT(input_error_of([&] {
-               require_fit(slm.flatness, {2, 3});
-             }),
-             ContainsSubstring("slm.toml:2: slm: flatness: the picture is 3 x 2, the SLM 2 x 3; "
-                               "give flatness_fit = \"centre\" to crop or pad it"));
-  slm.flatness.centre = true;
-  require_fit(slm.flatness, {2, 3});
-}
-
-TEST_CASE("a LUT that begins with a byte order mark is read") {
-  const Bench bench;
-  std::string text = "\xef\xbb\xbf";
-  for (int i = 0; i < 256; ++i) text += std::to_string(i / 255.0) + "\r\n";
-  bench.folder.write("marked.csv", text);
-  CHECK(bench.load("lut = \"marked.csv\"").lut.values[255] == Approx(1));
+  CHECK_REFUSED(carrier_of(slm, {2e-6, 2e-6}, 800e-9),
+                "slm.shift: 3 mm, -4 mm at 12 mm needs a carrier of ",
+                "pixels show at most 0.5; give a smaller shift");
 }
 
 TEST_CASE("a LUT of voltages is refused with the range that phases have") {
@@ -434,12 +380,12 @@ TEST_CASE("a LUT of voltages is refused with the range that phases have") {
   }
   bench.folder.write("mV.csv", millivolts);
   bench.folder.write("V.csv", volts);
-  CHECK_THAT(bench.refusal("lut = \"mV.csv\""),
-             ContainsSubstring("slm.toml:2: slm: lut spans 5100 turns of phase, and a panel's "
-                               "levels span up to 4; give phases, not voltages"));
-  CHECK_THAT(bench.refusal("lut = \"V.csv\""), ContainsSubstring("lut spans 5.1 turns"));
-  CHECK_THAT(bench.refusal("encoding = \"off-axis\"\nlut = \"V.csv\""),
-             ContainsSubstring("lut has amplitudes from 0 to 5.1; 0 to 1 is expected"));
+  CHECK_SAYS(bench.refusal("lut = \"mV.csv\""),
+             "slm.toml:2: slm: lut spans 5100 turns of phase, and a panel's "
+             "levels span up to 4; give phases, not voltages");
+  CHECK_SAYS(bench.refusal("lut = \"V.csv\""), "lut spans 5.1 turns");
+  CHECK_SAYS(bench.refusal("encoding = \"off-axis\"\nlut = \"V.csv\""),
+             "lut has amplitudes from 0 to 5.1; 0 to 1 is expected");
 }
 
 TEST_CASE("a flatness picture in nm counts its integers as nm, its floats as they are") {

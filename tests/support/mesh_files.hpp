@@ -48,7 +48,7 @@ inline std::string notes_of(const Mesh& mesh) {
   std::string all;
   for (const auto& note : mesh.notes) all += note + "\n";
   for (const auto& material : mesh.materials)
-    for (const auto& note : material.notes) all += note + "\n";
+    for (const auto& note : material.notes) all += material.name + ": " + note + "\n";
   return all;
 }
 

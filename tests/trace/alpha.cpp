@@ -4,11 +4,9 @@
 #include <glm/common.hpp>
 
 #include "host/geometry/kernel_options.hpp"
-#include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/lens.hpp"
 #include "host/reference/looks.hpp"
-#include "host/reference/rays.hpp"
 #include "host/reference/surfaces.hpp"
 #include "host/view/lens.hpp"
 #include "tests/support/devices.hpp"

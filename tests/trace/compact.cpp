@@ -353,20 +353,6 @@ DEVICE_TEST(
   }
 }
 
-DEVICE_TEST("a scene that moves has the holograms of its poses over virtual planes") {
-  auto scene = load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml",
-                          {"wrp.propagation=compact", "hologram.resolution=[96, 80]",
-                           "sampling.pitch='60 um'", "sampling.frames=2"});
-  Renderer renderer(device, scene);
-  renderer.render();
-  const dvec3 place(0.1e-3, 0, 19.2e-3), turn(0, 20, 0);
-  renderer.set_pose(0, place, turn);
-  const auto moved = renderer.render();
-  scene.objects[0].position_m = place;
-  scene.objects[0].rotation_deg = turn;
-  CHECK(compare_fields(render(device, scene).field, moved.field).error < 1e-2);
-}
-
 DEVICE_TEST(
     "a scene that moves to where its virtual planes do not serve gets more layers, or goes on "
     "over WRPs",

@@ -1,9 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-// trace_fan against host/reference/looks.hpp, pixel by pixel.
+// trace_fan against host/reference/shading.hpp, pixel by pixel.
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/looks.hpp"
-#include "host/scene/image.hpp"
 #include "host/trace/gatherer.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"

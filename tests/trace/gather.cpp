@@ -1,11 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
-#include "host/plan/footprint.hpp"
 #include "host/plan/memory.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/reference/looks.hpp"
-#include "host/reference/pipeline.hpp"
 #include "host/render.hpp"
-#include "host/trace/gatherer.hpp"
 #include "host/view/compare.hpp"
 #include "tests/support/samples.hpp"
 

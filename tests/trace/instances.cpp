@@ -4,8 +4,6 @@
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/normal_cones.hpp"
 #include "host/planning/make_plan.hpp"
-#include "host/reference/rays.hpp"
-#include "host/trace/device_scene.hpp"
 #include "tests/support/worlds.hpp"
 
 using namespace raywave;

@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // Soft shadows, spots and highlights on devices, against sums over the lights and their formulas.
 #include "host/planning/make_plan.hpp"
-#include "host/reference/gathering.hpp"
-#include "host/trace/gatherer.hpp"
 #include "host/view/lens.hpp"
 #include "tests/support/samples.hpp"
 

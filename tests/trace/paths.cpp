@@ -2,13 +2,10 @@
 /// Light from mirrors and through glass as samples (kernels/samples/paths.cl).
 #include <glm/matrix.hpp>
 
-#include "cl/buffer.hpp"
-#include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/specular.hpp"
 #include "host/render.hpp"
-#include "host/trace/gatherer.hpp"
 #include "host/view/compare.hpp"
 #include "tests/support/gltf.hpp"
 #include "tests/trace/bench.hpp"
@@ -202,8 +199,8 @@ namespace {
 ///
 /// place  from (-1, -1) to (1, 1)
 /// holes  some of it is cut out
-std::string card_with_looks(const std::function<dvec3(dvec2)>& place, dvec3 normal, bool holes,
-                            double roughness) {
+std::string card_with_materials(const std::function<dvec3(dvec2)>& place, dvec3 normal, bool holes,
+                                double roughness) {
   Gltf file;
   const int colours = file.texture(tga_picture(8, 8, [](int i, int j) {
     return glm::u8vec4(90 + 20 * i, 90 + 18 * j, 80, (i / 2 + j / 2) % 3 == 0 ? 0 : 255);
@@ -256,9 +253,9 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
   for (const auto& c : {Case{true, 1, false, 0.995}, Case{false, 0.6, false, 0.999},
                         Case{false, 0.6, true, 0.97}}) {
     const Folder folder;
-    folder.write("direct.glb", card_with_looks(behind, facing, c.holes, c.roughness));
-    folder.write("mirrored.glb", card_with_looks([&](dvec2 p) { return mirrored(behind(p)); },
-                                                 turned(facing), c.holes, c.roughness));
+    folder.write("direct.glb", card_with_materials(behind, facing, c.holes, c.roughness));
+    folder.write("mirrored.glb", card_with_materials([&](dvec2 p) { return mirrored(behind(p)); },
+                                                     turned(facing), c.holes, c.roughness));
     folder.write("mirror.obj", quad_file(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0})));
     folder.write("sheet.obj", quad_file(sheet_aside()));
     const auto stage_of = [&](bool with_mirror) {
