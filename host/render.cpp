@@ -114,7 +114,8 @@ RenderResult Renderer::State::render(Laser& laser) {
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
     for (int frame = 0; frame < plan.hologram.frames; ++frame)
       encoder.run(carrier->carry(tile, frame), tile, frame);
-  if (plan.refine) refiner.run(start ? *start : encoder.field, traced_.scene());
+  if (plan.refine)
+    refiner.run(start ? *start : encoder.field, traced_.scene(), traced_.table().get());
   return finish(laser);
 }
 

@@ -86,11 +86,12 @@ bool knows_breaks(const World& world, const Plan& plan) {
 void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
   const auto& settings = plan.refine.value();
   const double blur_m = settings.blur_m.value();
-  const auto places = key_places(plan, blur_m, {settings.depths_m, settings.views});
+  const auto places = planned_places(plan);
   const auto window_m = settings.window_m.value_or(refine_window_m(plan));
   const auto pixels = key_pixels(plan, window_m, blur_m);
+  const bool of_samples = refines_samples(plan);
   for (const auto& place : places)
-    work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
+    if (!of_samples) work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
                       std::pow(key_lens_points(place, settings.lens_points), 2);
   // Butterflies of a look at each picture, and of both ways of an iteration
   const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
@@ -110,7 +111,7 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
     drawn_looks += place.times * look;
     draws += place.times;
   }
-  const double iterations = settings.iterations.value_or(refine_iterations(places));
+  const double iterations = planned_iterations(plan);
   work.refine_butterflies =
       frames * iterations * 2 * drawn_looks / draws + (frames - 1) * all_looks;
 }

@@ -361,7 +361,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   if (const auto& refine = plan.refine) {
-    const auto places = key_places(plan, refine->blur_m.value(), {refine->depths_m, refine->views});
+    const auto places = planned_places(plan);
     for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
     const double needed = refine_iterations(places);
     model.refined_rounds = refine->iterations.value_or(needed) / needed;

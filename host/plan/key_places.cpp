@@ -21,6 +21,18 @@ constexpr int most_depths_within = 12;
 constexpr int least_iterations = 28;
 constexpr double rounds_of_depths = 2.15, rounds_with_views = 3;
 
+/// Blurs of the picture for each of the spots that a part of the hologram resolves, at least.
+constexpr double pixels_of_part = 0.85;
+constexpr int most_parts = 16;
+// Depths of rounds of parts: between them, and from the scene's ends to those beyond it, in the
+// depth that a part's picture holds
+constexpr double between_parts = 0.6, beyond_parts = 0.25;
+constexpr int most_depths = 11;
+constexpr int part_iterations = 12;
+
+/// The number i of 0, ..., count - 1 in the order first, last, second, last but one ...
+int from_ends(int i, int count) { return i % 2 == 0 ? i / 2 : count - 1 - i / 2; }
+
 /// 0, ..., count - 1 in random order, the same on every C++ library.
 std::vector<int> shuffled(int count, std::mt19937& random) {
   std::vector<int> order(static_cast<std::size_t>(count));
@@ -96,6 +108,76 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
+bool refines_samples(const Plan& plan) {
+  const auto& refine = plan.refine.value();
+  if (refine.targets != RefineTargets::automatic) return refine.targets == RefineTargets::samples;
+  return plan.samples.aimed && !plan.has_specular_samples() && refine.views == 0;
+}
+
+std::vector<KeyPlace> planned_places(const Plan& plan) {
+  const auto& refine = plan.refine.value();
+  const double blur_m = refine.blur_m.value();
+  if (refines_samples(plan))
+    return part_places(plan, blur_m, refine.pupil_m, planned_iterations(plan));
+  return key_places(plan, blur_m, {refine.depths_m, refine.views});
+}
+
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m,
+                                  int iterations) {
+  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m,
+               middle_m = (near_m + far_m) / 2;
+  const auto window_m = plan.window_m();
+  // Parts along each axis, and the smallest of both
+  glm::ivec2 parts(1);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double most = blur_m * window_m[axis] /
+                        (pixels_of_part * plan.hologram.wavelength_m * middle_m);
+    parts[axis] = static_cast<int>(std::clamp(std::ceil(window_m[axis] / pupil_m - 0.01), 2.0,
+                                              std::max(1.0, std::min(most, 1.0 * most_parts))));
+  }
+  const glm::dvec2 part_m = window_m / glm::dvec2(parts);
+  const double held_m = held_blurs * blur_m * middle_m / std::max(part_m.x, part_m.y);
+  const int all_depths = std::clamp(
+      static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3, most_depths);
+
+  std::vector<KeyPlace> places;
+  const auto add_round = [&](int round, double z_m, bool is_between) {
+    // Edges of the parts along each axis, in holograms
+    const auto edges = [&](int axis) {
+      std::vector<double> at{0};
+      const int n = parts[axis];
+      const bool shifted = is_between && n > 1;
+      for (int i = shifted ? 0 : 1; i < n; ++i) at.push_back((i + (shifted ? 0.5 : 0.0)) / n);
+      at.push_back(1);
+      return at;
+    };
+    const auto x = edges(0), y = edges(1);
+    for (std::size_t j = 0; j + 1 < y.size(); ++j)
+      for (std::size_t i = 0; i + 1 < x.size(); ++i)
+        places.push_back({z_m,
+                          {x[i] + x[i + 1] - 1, y[j] + y[j + 1] - 1},
+                          {x[i + 1] - x[i], y[j + 1] - y[j]},
+                          1,
+                          round});
+  };
+  if (iterations < all_depths) {
+    for (int i = 0; i < iterations; ++i)
+      add_round(i, near_m + (far_m - near_m) * (from_ends(i, iterations) + 0.5) / iterations,
+                i % 2 == 1);
+    return places;
+  }
+  const int rounds = std::min(iterations, 2 * (all_depths | 1));
+  for (int i = 0; i < rounds; ++i) {
+    const int place = i % (all_depths | 1);
+    add_round(i,
+              near_m - beyond_parts * held_m +
+                  (far_m - near_m + 2 * beyond_parts * held_m) *
+                      from_ends(place, all_depths | 1) / ((all_depths | 1) - 1),
+              i % 2 == 1);
+  }
+  return places;
+}
+
 int refine_iterations(const std::vector<KeyPlace>& places) {
   int draws = 0;
   bool views = false;
@@ -110,6 +192,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
 
 int planned_iterations(const Plan& plan) {
   const auto& refine = plan.refine.value();
+  if (refines_samples(plan)) return refine.iterations.value_or(part_iterations);
   return refine.iterations.value_or(
       refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
 }

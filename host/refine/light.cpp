@@ -13,6 +13,7 @@
 #include "cl/program.hpp"
 #include "host/common/error.hpp"
 #include "host/common/plane_fft.hpp"
+#include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/view/reconstruct.hpp"
@@ -44,6 +45,15 @@ std::vector<Sample> fresnel_chirp(double wavelength_m, double z_m, double pitch_
   return chirp;
 }
 
+/// A sample over its modulus; 1 for zero.
+Sample phase_of(const Sample& value) {
+  // In double, so that neither the brightest nor the faintest field is lost
+  const double re = value.real(), im = value.imag(), square = re * re + im * im;
+  if (!(square > 0)) return 1;
+  const double inverse = 1 / std::sqrt(square);
+  return {static_cast<float>(re * inverse), static_cast<float>(im * inverse)};
+}
+
 /// 1 in the open part of an axis, 0 elsewhere.
 std::vector<Sample> mask(int hologram, int first, int count) {
   std::vector<Sample> values(count_of(whole_packets(hologram)));
@@ -66,15 +76,19 @@ PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
     throw InputError("refinement: " + std::to_string(frames_) + " frames of " +
                      std::to_string(size_.x) + " x " + std::to_string(size_.y) +
                      " pixels are too many for one call; refine fewer frames at a time");
-  std::vector<Sample> padded(all);
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t x = 0; x < count_of(size_.x); ++x) {
-      const std::complex<double> value(field.samples[row * count_of(size_.x) + x]);
-      const double modulus = std::abs(value);
-      padded[row * count_of(pitch_) + x] = modulus > 0 ? Sample(value / modulus) : Sample(1);
-    }
-  }
-  samples = {device, std::span<const Sample>(padded), "phases of the holograms"};
+  samples = {device, all, "phases of the holograms"};
+  samples.on_host(
+      [&](std::span<Sample> padded) {
+        auto& threads = cl::Threads::shared();
+        const auto width = count_of(size_.x), stride = count_of(pitch_);
+        threads.for_each(threads.count(), rows, 16, [&](std::size_t, std::size_t row) {
+          const auto to = padded.begin() + static_cast<std::ptrdiff_t>(row * stride);
+          for (std::size_t x = 0; x < width; ++x)
+            to[static_cast<std::ptrdiff_t>(x)] = phase_of(field.samples[row * width + x]);
+          std::fill_n(to + static_cast<std::ptrdiff_t>(width), stride - width, Sample());
+        });
+      },
+      CL_MAP_WRITE);
 }
 
 FieldStack PhaseStack::read() const {
@@ -102,7 +116,8 @@ struct Light::State {
   bool fresnel(std::size_t key) const { return grids[key].propagation == Propagation::fresnel; }
   PlanePart live_at_hologram(const PictureGrid& grid) const;
   PlanePart live_in_picture(const PictureGrid& grid) const;
-  void transform(const PictureGrid& grid, bool inverse);
+  void transform(std::size_t key, bool inverse);
+  cl::ComplexBuffer& plane(std::size_t key) { return planes[count_of(grids[key].slot)]; }
   void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
               int nx, int columns, int rows);
   void show_exactly(std::size_t key);
@@ -118,7 +133,7 @@ struct Light::State {
   std::vector<Tables> tables;
   cl::Program program;
   std::map<std::string, cl::Kernel> kernels;
-  cl::ComplexBuffer plane;
+  std::vector<cl::ComplexBuffer> planes;                                 // by slot
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
@@ -134,10 +149,12 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
       grids(std::move(its_grids)),
       program(device, "kernels/refine/refine.cl",
               {{option::lanes, std::to_string(device.info().float_lanes)}}) {
-  std::size_t largest = 1;
+  std::vector<std::size_t> largest;  // by slot
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
-    largest = std::max(largest, area(grid.size));
+    largest.resize(std::max(largest.size(), count_of(grid.slot) + 1));
+    auto& samples = largest[count_of(grid.slot)];
+    samples = std::max(samples, area(grid.size));
     Tables t;
     const auto on_device = [&](const std::vector<Sample>& values) {
       return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
@@ -171,7 +188,7 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
     }
     tables.push_back(std::move(t));
   }
-  plane = {device, largest, "light of the pictures"};
+  for (const auto samples : largest) planes.emplace_back(device, samples, "light of the pictures");
 }
 
 cl::Kernel& Light::State::kernel(const char* name) {
@@ -190,8 +207,10 @@ PlanePart Light::State::live_in_picture(const PictureGrid& grid) const {
 }
 
 /// inverse: from the hologram to the picture
-void Light::State::transform(const PictureGrid& grid, bool inverse) {
+void Light::State::transform(std::size_t key, bool inverse) {
   ++transforms;
+  const auto& grid = grids[key];
+  auto& plane = this->plane(key);
   const std::pair shape(grid.size.x, grid.size.y);
   if (backend != cl::FftBackend::host) {
     auto& fft = *device_ffts.at(shape);
@@ -231,7 +250,8 @@ void Light::State::show_exactly(std::size_t key) {
     propagator->collect(at_hologram);
     ++transforms;
     run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane, grid.size.x, grid.size.y, tiles[i].first.x, tiles[i].first.y,
+             optics.size.y, plane(key), grid.size.x, grid.size.y, tiles[i].first.x,
+             tiles[i].first.y,
              std::int32_t{0});
   }
 }
@@ -241,7 +261,7 @@ void Light::State::back_exactly(std::size_t key) {
   const auto& grid = grids[key];
   for (const auto& tile : tiles_of(grid.size, optics.size, optics.pitch_m)) {
     run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane, grid.size.x, grid.size.y, tile.first.x, tile.first.y,
+             optics.size.y, plane(key), grid.size.x, grid.size.y, tile.first.x, tile.first.y,
              std::int32_t{1});
     const Target target{-tile.centre_m, grid.z_m};
     propagator->load(at_hologram, 0, {&target, 1});
@@ -254,8 +274,8 @@ void Light::State::back_exactly(std::size_t key) {
 
 const cl::ComplexBuffer& Light::State::back(std::size_t key) {
   if (fresnel(key)) {
-    transform(grids[key], false);
-    return plane;
+    transform(key, false);
+    return plane(key);
   }
   back_exactly(key);
   return at_hologram;
@@ -268,7 +288,7 @@ Light::~Light() = default;
 Light::Light(Light&&) noexcept = default;
 
 const PictureGrid& Light::grid(std::size_t key) const { return state_->grids[key]; }
-cl::ComplexBuffer& Light::plane() { return state_->plane; }
+cl::ComplexBuffer& Light::plane(std::size_t key) { return state_->plane(key); }
 int Light::transforms() const { return state_->transforms; }
 
 OpenPart Light::read_back(std::size_t key) const {
@@ -288,8 +308,8 @@ void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   }
   // FFTs of the device read all of the plane.
   const auto written = s.backend == cl::FftBackend::host ? grid.open.size : grid.size;
-  s.spread(holograms, frame, key, s.plane, grid.size.x, written.x, written.y);
-  s.transform(grid, true);
+  s.spread(holograms, frame, key, s.plane(key), grid.size.x, written.x, written.y);
+  s.transform(key, true);
 }
 
 void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step) {

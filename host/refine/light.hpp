@@ -35,8 +35,8 @@ private:
   std::int32_t pitch_ = 0;
 };
 
-/// The operators of a list of keys. They share one plane, which holds the light of the key that was
-/// shown last.
+/// The operators of a list of keys. Keys of one slot share a plane, which holds the light of the one
+/// that was shown last.
 class Light {
 public:
   /// throws  DeviceError when memory is out or the back end does not serve the sizes; InputError
@@ -49,7 +49,7 @@ public:
   const PictureGrid& grid(std::size_t key) const;
   /// Rows of grid.size.x samples. Right after `show` in the region and the blur's margin around it,
   /// as far as the plane goes.
-  cl::ComplexBuffer& plane();
+  cl::ComplexBuffer& plane(std::size_t key);
   /// Samples of the plane that `back` reads: they have to be zero outside the region. With FFTs on
   /// the host that is the region alone.
   OpenPart read_back(std::size_t key) const;

@@ -3,7 +3,8 @@
 /// show what a lens sees.
 ///
 /// Alternating projections in the manner of Gerchberg and Saxton, on blurred intensities. Each
-/// iteration draws one key (a depth, and an aperture) and propagates the hologram h to it. There
+/// iteration draws a key (a depth, and an aperture), or a round of keys whose apertures differ, and
+/// propagates the hologram h to it. There
 /// the light is multiplied by c, the root of the ratio between the blurred intensity wanted and the
 /// one shown. What that adds goes back to the hologram, and h is projected to modulus 1:
 /// h <- (h + a A*[(c - 1) A h]) / | |. Steps a fall linearly. Each frame corrects what the sum of
@@ -35,7 +36,10 @@ struct RefineSpec {
   // Light wanted in the pictures, relative to what the start has there
   double brightness = 1;
   double padding = 1.25;   // padding of the Fresnel propagation
-  std::uint32_t seed = 1;  // seed of the order in which keys are drawn
+  std::uint32_t seed = 1;  // seed of the order in which rounds are drawn
+  // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
+  // often as Key::times asks for
+  bool in_order = false;
   // Empty: Fresnel where refinement::FresnelLimits hold, else exact
   std::optional<refinement::Propagation> propagation;
   // Called with the current step ("frame 2 of 4") and the completed share, 0 to 1

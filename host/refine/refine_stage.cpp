@@ -39,13 +39,26 @@ void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
                      std::to_string(plan.hologram.size.y));
 }
 
-void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
+void RefineStage::run(const FieldStack& start, const DeviceScene& scene,
+                      const SampleTable* table) {
   const StageClock clock(times_, "refine");
   const auto& settings = plan_->refine.value();
   const double blur_m = settings.blur_m.value();
   refined_ = {};
-  refined_.places = key_places(*plan_, blur_m, {settings.depths_m, settings.views});
+  refined_.places = planned_places(*plan_);
+  const bool of_samples = refines_samples(*plan_);
+  std::shared_ptr<const SampleLight> light;
+  if (of_samples)
+    light = std::make_shared<SampleLight>(sample_light(device_, *plan_, scene, *table));
   for (const auto& place : refined_.places) {
+    if (of_samples) {
+      RefineKey key{place.z_m, place.view, place.aperture};
+      key.round = place.round;
+      key.samples = light;
+      key.sample_window_m = settings.window_m.value_or(refine_window_m(*plan_));
+      refined_.keys.push_back(std::move(key));
+      continue;
+    }
     if (progress_)
       progress_(
           "lens at " + length_text(place.z_m),
@@ -56,10 +69,22 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
   auto spec =
       refine_spec(settings, plan_->hologram.pitch_m, plan_->hologram.wavelength_m, refined_.keys);
   spec.progress = progress_;
+  if (of_samples) {
+    spec.iterations = planned_iterations(*plan_);
+    spec.in_order = true;
+    spec.first_step = 3;
+    spec.padding = 1;
+  }
   auto result = refine(device_, backend_, start, refined_.keys, spec);
   refined_.phases = std::move(result.field);
   refined_.figures = result.figures;
   refined_.brightness = result.brightness;
+  if (of_samples) {
+    // Of light at the hologram, in the field's own units, as over the whole hologram of radiance
+    const auto window_m = plan_->window_m();
+    refined_.brightness *= window_m.x * window_m.y /
+                           (scene.radiance_unit * amplitude_unit_m(*plan_) * amplitude_unit_m(*plan_));
+  }
 }
 
 Refined RefineStage::finish() { return std::exchange(refined_, {}); }

@@ -19,7 +19,7 @@ namespace raywave {
 struct Refined {
   FieldStack phases;             // samples of modulus 1, as many frames as were traced
   std::vector<KeyPlace> places;  // that the pictures were made for
-  std::vector<RefineKey> keys;   // pictures that a lens sees there
+  std::vector<RefineKey> keys;   // pictures that a lens sees there, or the samples' light
   RefineFigures figures;
   double brightness = 1;  // RefineResult::brightness
 };
@@ -42,11 +42,12 @@ public:
   /// throws  InputError when it has another size or other frames than the plan
   void prepare(const Plan& plan, const FieldStack* start);
 
-  /// Makes the pictures that a lens sees, and refines the fields' phases towards them.
+  /// Makes the pictures, and refines the fields' phases towards them.
   ///
+  /// table  of surface samples; null: there is none
   /// start  fields of the whole hologram; their brightness does not count
   /// throws InputError when a lens sees nothing, DeviceError for the device
-  void run(const FieldStack& start, const DeviceScene& scene);
+  void run(const FieldStack& start, const DeviceScene& scene, const SampleTable* table);
 
   /// The result, once.
   Refined finish();

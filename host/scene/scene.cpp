@@ -15,4 +15,9 @@ const char* name_of(Bounces bounces) {
   return names[static_cast<std::size_t>(bounces)];
 }
 
+const char* name_of(RefineTargets targets) {
+  constexpr const char* names[] = {"auto", "samples", "lens"};
+  return names[static_cast<std::size_t>(targets)];
+}
+
 }  // namespace raywave

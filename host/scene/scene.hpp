@@ -111,9 +111,14 @@ struct ViewerSpec {
   // the eye's side; empty: there is none
   std::optional<double> eyepiece_m;
   double eyepiece_distance_m = 0;
+  double pupil_m = 4e-3;  // of the eye, across
   // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };
+
+/// What refined pictures are compared with: what a lens sees by rays, or the light of the samples.
+enum class RefineTargets { automatic, samples, lens };
+const char* name_of(RefineTargets targets);
 
 /// Section [refine]: phases are refined after propagation (docs/refine.md).
 struct RefineSettings {
@@ -127,6 +132,8 @@ struct RefineSettings {
   std::optional<double> blur_m;   // of the pictures; empty: 0.6 sampling.pitch
   std::optional<glm::dvec2> window_m;  // of the pictures; empty: what the WRPs cover
   int lens_points = 8;                 // per axis of the lens
+  RefineTargets targets = RefineTargets::automatic;
+  double pupil_m = 4e-3;  // ViewerSpec::pupil_m
   // Time for the iterations of all frames, which decides their number; commands alone set it
   std::optional<double> budget_s;
 };

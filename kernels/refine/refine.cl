@@ -141,6 +141,22 @@ __kernel void correct(__global float2* restrict plane, int nx,
   }
 }
 
+// sums: of the values in each row of the region whose target is known, one number for each row.
+__kernel void sum_known(const __global float* restrict values, const __global float* restrict target,
+                        __global float* restrict sums, int region_nx, int region_ny) {
+  const int row = (int)get_global_id(0);
+  if (row >= region_ny) return;
+  floatv sum = 0.0f;
+  for (int i = 0; i < region_nx; i += RAYWAVE_LANES) {
+    const size_t at = (size_t)region_nx * (size_t)row + (size_t)i;
+    sum += LANES_SELECT((floatv)(0.0f), LANES_LOAD(values + at), LANES_LOAD(target + at) >= 0.0f);
+  }
+  float lanes[RAYWAVE_LANES], all = 0.0f;
+  LANES_STORE(sum, lanes);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) all += lanes[lane];
+  sums[row] = all;
+}
+
 // sum (+)= the blurred intensity in the region.
 __kernel void add_picture(const __global float* restrict blurred,
                           const __global float* restrict weights, int radius,
