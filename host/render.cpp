@@ -106,16 +106,21 @@ RenderResult Renderer::State::render(Laser& laser) {
   prepare(laser);
   const auto& plan = laser.plan;
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
-  const auto* start = refine_start(laser);
-  if (plan.refine) refiner.prepare(plan, start);
+  if (plan.refine) refiner.prepare(plan, refine_start(laser));
   const double unit = std::sqrt(traced_.scene().radiance_unit);
   encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
     for (int frame = 0; frame < plan.hologram.frames; ++frame)
-      encoder.run(carrier->carry(tile, frame), tile, frame);
-  if (plan.refine)
-    refiner.run(start ? *start : encoder.field, traced_.scene(), traced_.table().get());
+      if (const auto field = carrier->carry(tile, frame); plan.refine)
+        refiner.take(field, tile, frame), encoder.keep(field, tile, frame);
+      else
+        encoder.run(field, tile, frame);
+  if (plan.refine) {
+    refiner.run(traced_.scene(), traced_.table().get());
+    for (int frame = 0; frame < plan.hologram.frames; ++frame)
+      encoder.run_whole(refiner.phases(frame), frame);
+  }
   return finish(laser);
 }
 
@@ -317,8 +322,8 @@ RenderResult Renderer::State::finish(Laser& laser) {
   std::vector<std::string> of_carrier;
   carrier->add_notes(of_carrier);
   add_lines(result.notes, of_carrier);
-  if (plan.refine) result.refined = refiner.finish();
-  encoder.finish(radiance_unit, result.refined ? &result.refined->phases : nullptr);
+  if (plan.refine) result.refined = refiner.finish(options_.keep_field);
+  encoder.finish(radiance_unit);
   add_material_notes(material_notes(laser.scene, world_), result.notes);
   result.found = world_.found;
   if (table && table->count == 0)

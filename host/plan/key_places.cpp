@@ -118,27 +118,37 @@ std::vector<KeyPlace> planned_places(const Plan& plan) {
   const auto& refine = plan.refine.value();
   const double blur_m = refine.blur_m.value();
   if (refines_samples(plan))
-    return part_places(plan, blur_m, refine.pupil_m, planned_iterations(plan));
+    return part_places(plan, blur_m, refine.pupil_m, planned_iterations(plan), refine.depths_m);
   return key_places(plan, blur_m, {refine.depths_m, refine.views});
 }
 
-std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m,
-                                  int iterations) {
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
+                                  std::vector<double> depths_m) {
   const double near_m = plan.extent.near_m, far_m = plan.extent.far_m,
                middle_m = (near_m + far_m) / 2;
   const auto window_m = plan.window_m();
-  // Parts along each axis, and the smallest of both
-  glm::ivec2 parts(1);
-  for (int axis = 0; axis < 2; ++axis) {
-    const double most = blur_m * window_m[axis] /
-                        (pixels_of_part * plan.hologram.wavelength_m * middle_m);
-    parts[axis] = static_cast<int>(std::clamp(std::ceil(window_m[axis] / pupil_m - 0.01), 2.0,
-                                              std::max(1.0, std::min(most, 1.0 * most_parts))));
-  }
+  // Parts along each axis
+  auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
+  if (wanted == glm::dvec2(1)) wanted = glm::dvec2(2);
+  const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
+  const glm::ivec2 parts(glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0));
   const glm::dvec2 part_m = window_m / glm::dvec2(parts);
   const double held_m = held_blurs * blur_m * middle_m / std::max(part_m.x, part_m.y);
-  const int all_depths = std::clamp(
-      static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3, most_depths);
+  const int enough =
+      std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,
+                 most_depths) |
+      1;
+  // An even number would give each depth the same parts in every pass.
+  const bool each_has_one = iterations < enough;
+  if (depths_m.empty()) {
+    const int count = each_has_one ? iterations : enough;
+    for (int i = 0; i < count; ++i) {
+      const double margin_m = each_has_one ? 0 : beyond_parts * held_m;
+      const double share = each_has_one ? (i + 0.3) / (count - 0.4) : i / (count - 1.0);
+      depths_m.push_back(near_m - margin_m + (far_m - near_m + 2 * margin_m) * share);
+    }
+  }
+  std::sort(depths_m.begin(), depths_m.end());
 
   std::vector<KeyPlace> places;
   const auto add_round = [&](int round, double z_m, bool is_between) {
@@ -160,20 +170,12 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
                           1,
                           round});
   };
-  if (iterations < all_depths) {
-    for (int i = 0; i < iterations; ++i)
-      add_round(i, near_m + (far_m - near_m) * (from_ends(i, iterations) + 0.5) / iterations,
-                i % 2 == 1);
-    return places;
-  }
-  const int rounds = std::min(iterations, 2 * (all_depths | 1));
-  for (int i = 0; i < rounds; ++i) {
-    const int place = i % (all_depths | 1);
-    add_round(i,
-              near_m - beyond_parts * held_m +
-                  (far_m - near_m + 2 * beyond_parts * held_m) *
-                      from_ends(place, all_depths | 1) / ((all_depths | 1) - 1),
-              i % 2 == 1);
+  // The last iterations go through all depths once, and end with parts that begin at the edge.
+  const int depths = static_cast<int>(depths_m.size()), rounds = std::min(iterations, 2 * depths);
+  for (int round = 0; round < rounds; ++round) {
+    const int turn = round + 2 * depths - rounds;
+    add_round(round, depths_m[static_cast<std::size_t>(from_ends(turn % depths, depths))],
+              (rounds - round) % 2 == 0);
   }
   return places;
 }

@@ -32,13 +32,15 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m);
 std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what);
 
 /// Rounds of parts: each opens all of the hologram, part by part, at a depth of its own. Parts are
-/// as large as the pupil, at least two per axis where the blur hides what they do not resolve;
+/// as large as the pupil, or halves of the hologram, where the blur hides what they do not resolve;
 /// those of every other round begin in the middle of a part, so that no view falls on edges alone.
 /// Of few iterations each has a depth of its own, and they come from the scene's ends inwards.
 ///
 /// blur_m      > 0
 /// iterations  per frame, >= 1
-std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations);
+/// depths_m    in place of depths through the scene; may be empty
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
+                                  std::vector<double> depths_m = {});
 
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);

@@ -61,6 +61,12 @@ std::vector<Sample> mask(int hologram, int first, int count) {
   return values;
 }
 
+cl::Program program_of(const cl::Device& device) {
+  return {device,
+          "kernels/refine/refine.cl",
+          {{option::lanes, std::to_string(device.info().float_lanes)}}};
+}
+
 /// Part of the plane along one axis that the blur of the region reads.
 LinePart with_margin(int first, int count, int margin, int plane) {
   const int low = std::max(0, first - margin), high = std::min(plane, first + count + margin);
@@ -69,26 +75,46 @@ LinePart with_margin(int first, int count, int margin, int plane) {
 
 }  // namespace
 
-PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
-    : size_(field.nx, field.ny), frames_(field.frames), pitch_(whole_packets(field.nx) + packet) {
-  const std::size_t rows = count_of(frames_) * count_of(size_.y), all = rows * count_of(pitch_);
+void PhaseStack::resize(glm::ivec2 size, int frames) {
+  const auto pitch = whole_packets(size.x) + packet;
+  const std::size_t all = count_of(frames) * count_of(size.y) * count_of(pitch);
   if (all > std::numeric_limits<std::uint32_t>::max())
-    throw InputError("refinement: " + std::to_string(frames_) + " frames of " +
-                     std::to_string(size_.x) + " x " + std::to_string(size_.y) +
+    throw InputError("refinement: " + std::to_string(frames) + " frames of " +
+                     std::to_string(size.x) + " x " + std::to_string(size.y) +
                      " pixels are too many for one call; refine fewer frames at a time");
-  samples = {device, all, "phases of the holograms"};
-  samples.on_host(
-      [&](std::span<Sample> padded) {
-        auto& threads = cl::Threads::shared();
-        const auto width = count_of(size_.x), stride = count_of(pitch_);
-        threads.for_each(threads.count(), rows, 16, [&](std::size_t, std::size_t row) {
-          const auto to = padded.begin() + static_cast<std::ptrdiff_t>(row * stride);
-          for (std::size_t x = 0; x < width; ++x)
-            to[static_cast<std::ptrdiff_t>(x)] = phase_of(field.samples[row * width + x]);
-          std::fill_n(to + static_cast<std::ptrdiff_t>(width), stride - width, Sample());
-        });
-      },
-      CL_MAP_WRITE);
+  if (size == size_ && frames == frames_) return;
+  samples = {};  // frees the old memory first
+  samples = {device_, all, "phases of the holograms"};
+  samples.fill_zero();
+  size_ = size;
+  frames_ = frames;
+  pitch_ = pitch;
+}
+
+void PhaseStack::take(const FieldStack& field) {
+  resize({field.nx, field.ny}, field.frames);
+  const auto width = count_of(size_.x), stride = count_of(pitch_),
+             rows = count_of(frames_) * count_of(size_.y);
+  samples.on_host([&](std::span<Sample> padded) {
+    auto& threads = cl::Threads::shared();
+    threads.for_each(threads.count(), rows, 16, [&](std::size_t, std::size_t row) {
+      for (std::size_t x = 0; x < width; ++x)
+        padded[row * stride + x] = phase_of(field.samples[row * width + x]);
+    });
+  });
+}
+
+void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count,
+                      int frame) {
+  if (!take_phases_) take_phases_ = program_of(device_).kernel("take_phases");
+  run_rows(device_, *take_phases_, count.x, count.y, field, count.x, count.y, samples,
+           first(frame, from), pitch_);
+}
+
+const cl::ComplexBuffer& PhaseStack::frame(int frame) {
+  if (frame_.size() != area(size_)) frame_ = {device_, area(size_), "phases of a hologram"};
+  frame_.copy_rows_from(samples, first(frame, {0, 0}), count_of(size_.x), count_of(pitch_));
+  return frame_;
 }
 
 FieldStack PhaseStack::read() const {
@@ -104,8 +130,9 @@ FieldStack PhaseStack::read() const {
 }
 
 struct Light::State {
-  State(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
-        std::vector<PictureGrid> grids);
+  State(const cl::Device& its_device, cl::FftBackend its_backend)
+      : device(its_device), backend(its_backend), program(program_of(its_device)) {}
+  void fit(const Optics& its_optics, std::vector<PictureGrid> its_grids);
 
   /// Tables of a key, beside its grid.
   struct Tables {
@@ -141,14 +168,12 @@ struct Light::State {
   int transforms = 0;
 };
 
-Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
-                    const Optics& its_optics, std::vector<PictureGrid> its_grids)
-    : device(its_device),
-      backend(its_backend),
-      optics(its_optics),
-      grids(std::move(its_grids)),
-      program(device, "kernels/refine/refine.cl",
-              {{option::lanes, std::to_string(device.info().float_lanes)}}) {
+void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_grids) {
+  optics = its_optics;
+  grids = std::move(its_grids);
+  tables.clear();
+  propagator.reset();
+  transforms = 0;
   std::vector<std::size_t> largest;  // by slot
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
@@ -188,7 +213,12 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
     }
     tables.push_back(std::move(t));
   }
-  for (const auto samples : largest) planes.emplace_back(device, samples, "light of the pictures");
+  planes.resize(largest.size());
+  for (std::size_t slot = 0; slot < planes.size(); ++slot) {
+    if (planes[slot].size() == largest[slot]) continue;
+    planes[slot] = {};  // frees the old memory first
+    planes[slot] = {device, largest[slot], "light of the pictures"};
+  }
 }
 
 cl::Kernel& Light::State::kernel(const char* name) {
@@ -281,9 +311,11 @@ const cl::ComplexBuffer& Light::State::back(std::size_t key) {
   return at_hologram;
 }
 
-Light::Light(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
-             std::vector<PictureGrid> grids)
-    : state_(std::make_unique<State>(device, backend, optics, std::move(grids))) {}
+Light::Light(const cl::Device& device, cl::FftBackend backend)
+    : state_(std::make_unique<State>(device, backend)) {}
+void Light::fit(const Optics& optics, std::vector<PictureGrid> grids) {
+  state_->fit(optics, std::move(grids));
+}
 Light::~Light() = default;
 Light::Light(Light&&) noexcept = default;
 

@@ -31,10 +31,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-void check(const FieldStack& start, std::span<const RefineKey> keys, const RefineSpec& spec) {
+void check(std::span<const RefineKey> keys, const RefineSpec& spec) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (start.nx < 1 || start.ny < 1 || start.frames < 1)
-    throw InputError("refinement: the hologram has no pixels");
   if (keys.empty()) throw InputError("refinement: at least 1 picture is needed");
   if (!positive(spec.pitch_m.x) || !positive(spec.pitch_m.y) || !positive(spec.wavelength_m))
     throw InputError("refinement: pitch and wavelength must be > 0");
@@ -66,7 +64,7 @@ Propagation propagation_of(const refinement::Optics& optics, const RefineKey& ke
 }
 
 /// Refuses what the device has no memory for, before any is taken.
-void require_memory(const cl::Device& device, const FieldStack& start,
+void require_memory(const cl::Device& device, glm::ivec2 size, int frames,
                     const std::vector<PictureGrid>& grids) {
   const auto area = [](glm::ivec2 n) {
     return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
@@ -81,12 +79,12 @@ void require_memory(const cl::Device& device, const FieldStack& start,
     planes[slot] = std::max(planes[slot], area(grid.size));
     wides[slot] = std::max(wides[slot], area(grid.wide_size()));
     needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
-    if (start.frames > 1)
+    if (frames > 1)
       needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
   }
   needs.push_back({"phases of the holograms",
-                   area({start.nx + 2 * PictureGrid::packet, start.ny}) *
-                       static_cast<std::uint64_t>(start.frames) * 8,
+                   area({size.x + 2 * PictureGrid::packet, size.y}) *
+                       static_cast<std::uint64_t>(frames) * 8,
                    advice});
   needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
   for (std::size_t slot = 0; slot < planes.size(); ++slot) {
@@ -120,8 +118,10 @@ public:
     for (const auto& round : rounds) times_.push_back(keys[round.first].times);
   }
   /// Begins a frame: rounds have waited for a random part of their periods.
-  void begin_frame() {
-    turn_ = 0;
+  void begin_frame(int iterations) {
+    // In order, the last iteration takes the last round.
+    const auto rounds = times_.size(), over = static_cast<std::size_t>(iterations) % rounds;
+    turn_ = (rounds - over) % rounds;
     waited_.clear();
     for (const int times : times_)
       waited_.push_back(times * static_cast<double>(random_()) * 0x1p-32);
@@ -173,17 +173,24 @@ std::size_t key_of_brightness(const std::vector<PictureGrid>& grids) {
 /// The iterations, with everything on the device.
 class Loop {
 public:
-  Loop(const cl::Device& device, cl::FftBackend backend, const refinement::Optics& optics,
-       std::span<const RefineKey> keys, const std::vector<PictureGrid>& grids, bool feeds_back)
+  Loop(const cl::Device& device, cl::FftBackend backend)
       : device_(device),
-        light_(device, backend, optics, grids),
+        light_(device, backend),
         program_(device, "kernels/refine/refine.cl",
                  {{option::lanes, std::to_string(device.info().float_lanes)}}),
         intensity_(program_.kernel("intensity")),
         blur_rows_(program_.kernel("blur_rows")),
         correct_(program_.kernel("correct")),
         add_picture_(program_.kernel("add_picture")),
-        sum_known_(program_.kernel("sum_known")) {
+        sum_known_(program_.kernel("sum_known")) {}
+
+  /// Takes other keys. Memory that suffices is kept.
+  void fit(const refinement::Optics& optics, std::span<const RefineKey> keys,
+           const std::vector<PictureGrid>& grids, bool feeds_back) {
+    light_.fit(optics, grids);
+    scale_ = 1;
+    // Intensities are in this unit, so that they are near 1.
+    unit_ = keys.front().samples ? 1 : keys.front().z_m * keys.front().z_m;
     std::size_t wide = 1, region = 1, rows = 1;
     std::vector<std::size_t> blurred;  // by slot
     for (const auto& grid : grids) {
@@ -194,10 +201,13 @@ public:
       region = std::max(region, pixels(grid.region_size));
       rows = std::max(rows, static_cast<std::size_t>(grid.region_size.y));
     }
-    wide_ = {device, wide, "intensity"};
-    for (const auto size : blurred) blurred_.emplace_back(device, size, "blurred intensity");
-    shown_ = {device, region, "picture"};
-    row_sums_ = {device, rows, "light of rows"};
+    make_room(wide_, wide, "intensity");
+    blurred_.resize(std::max(blurred_.size(), blurred.size()));
+    for (std::size_t slot = 0; slot < blurred.size(); ++slot)
+      make_room(blurred_[slot], blurred[slot], "blurred intensity");
+    make_room(shown_, region, "picture");
+    make_room(row_sums_, rows, "light of rows");
+    pictures_.resize(keys.size());
 
     auto& threads = cl::Threads::shared();
     std::vector<std::vector<float>> targets(keys.size());
@@ -208,31 +218,30 @@ public:
     });
     for (std::size_t key = 0; key < keys.size(); ++key) {
       const auto& grid = grids[key];
-      const auto on_device = [&](const std::vector<float>& values, const char* name) {
-        return cl::Buffer<float>(device, std::span<const float>(values), name);
+      const auto on_device = [&](const std::vector<float>& values) {
+        return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
       };
-      Picture picture;
+      auto& picture = pictures_[key];
+      make_room(picture.target, pixels(grid.region_size), "target");
       if (keys[key].samples) {
-        picture.weights_x = on_device(grid.sample_weights_x, "blur");
-        picture.weights_y = on_device(grid.sample_weights_y, "blur");
-        picture.target = {device, pixels(grid.region_size), "target"};
+        picture.weights_x = on_device(grid.sample_weights_x);
+        picture.weights_y = on_device(grid.sample_weights_y);
         wide_.write(targets[key]);
         blur_rows(grid, picture);
         add_picture(grid, picture, picture.target, false);
       } else {
-        picture.target = on_device(targets[key], "target");
+        picture.target.write(targets[key]);
       }
       targets[key] = {};
-      picture.weights_x = on_device(grid.weights_x, "blur");
-      picture.weights_y = on_device(grid.weights_y, "blur");
+      picture.weights_x = on_device(grid.weights_x);
+      picture.weights_y = on_device(grid.weights_y);
       picture.light = known_light(grid, picture.target, picture.target);
       if (!(picture.light > 0) && !keys[key].samples)
         throw InputError("refinement: the picture at " + length_text(grid.z_m) + " is black");
       if (feeds_back) {
-        picture.former = {device, pixels(grid.region_size), "intensity of former frames"};
+        make_room(picture.former, pixels(grid.region_size), "intensity of former frames");
         picture.former.fill_zero();
       }
-      pictures_.push_back(std::move(picture));
     }
   }
 
@@ -303,8 +312,6 @@ public:
   const Light& light() const { return light_; }
   /// RefineResult::brightness
   double brightness() const { return unit_ / scale_; }
-  /// Intensities are in this unit, so that they are near 1.
-  void set_unit(double unit) { unit_ = unit; }
 
 private:
   static std::size_t pixels(glm::ivec2 n) {
@@ -315,6 +322,12 @@ private:
     cl::Buffer<float> target, former, weights_x, weights_y;
     double light = 0;  // sum of the target
   };
+
+  void make_room(cl::Buffer<float>& buffer, std::size_t size, const char* name) {
+    if (buffer.size() >= size) return;
+    buffer = {};  // frees the old memory first
+    buffer = {device_, size + size / 8, name};
+  }
 
   cl::Buffer<float>& blurred_of(const PictureGrid& grid) {
     return blurred_[static_cast<std::size_t>(grid.slot)];
@@ -362,16 +375,41 @@ private:
 
 }  // namespace
 
+struct Refiner::State {
+  State(const cl::Device& its_device, cl::FftBackend backend)
+      : device(its_device), holograms(its_device), loop(its_device, backend) {}
+  cl::Device device;
+  PhaseStack holograms;
+  Loop loop;
+};
+
+Refiner::Refiner(const cl::Device& device, cl::FftBackend backend)
+    : state_(std::make_unique<State>(device, backend)) {}
+Refiner::~Refiner() = default;
+Refiner::Refiner(Refiner&&) noexcept = default;
+refinement::PhaseStack& Refiner::holograms() { return state_->holograms; }
+
 RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
                     std::span<const RefineKey> keys, const RefineSpec& spec) {
-  check(start, keys, spec);
+  if (start.nx < 1 || start.ny < 1 || start.frames < 1)
+    throw InputError("refinement: the hologram has no pixels");
+  Refiner refiner(device, backend);
+  refiner.holograms().take(start);
+  auto result = refiner.run(keys, spec);
+  result.field = refiner.holograms().read();
+  return result;
+}
+
+RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spec) {
+  check(keys, spec);
+  auto& [device, holograms, loop] = *state_;
   const auto prepared = Clock::now();
   const auto report = [&](const std::string& what, double share) {
     if (spec.progress) spec.progress(what, share);
   };
   report("targets and kernels", 0);
   const refinement::Optics optics{
-      {start.nx, start.ny}, spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
+      holograms.size(), spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
   RefineResult result;
   std::vector<PictureGrid> grids;
   for (const auto& key : keys) {
@@ -384,16 +422,14 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     for (auto key = round.first; key < round.end; ++key)
       grids[key].slot = static_cast<int>(key - round.first);
   }
-  require_memory(device, start, grids);
-  const int frames = start.frames;
+  const int frames = holograms.frames();
+  require_memory(device, holograms.size(), frames, grids);
   const auto bright_key = key_of_brightness(grids);
   const auto bright_round = static_cast<std::size_t>(
       std::find_if(rounds.begin(), rounds.end(),
                    [&](const Round& round) { return bright_key < round.end; }) -
       rounds.begin());
-  Loop loop(device, backend, optics, keys, grids, frames > 1);
-  if (!keys.front().samples) loop.set_unit(keys.front().z_m * keys.front().z_m);
-  PhaseStack holograms(device, start);
+  loop.fit(optics, keys, grids, frames > 1);
   device.finish();
   result.figures.prepare_s = seconds_since(prepared);
 
@@ -422,7 +458,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     const auto name = frames > 1
                           ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
                           : std::string("refine");
-    draw.begin_frame();
+    draw.begin_frame(iterations);
     for (int t = 0; t < iterations; ++t) {
       const auto& round = rounds[t == 0 && !spec.in_order ? bright_round : draw.next()];
       loop.look(holograms, frame, round);
@@ -436,7 +472,6 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
   device.finish();
   result.figures.loop_s = seconds_since(began);
   result.figures.transforms = static_cast<double>(loop.light().transforms()) / frames;
-  result.field = holograms.read();
   result.brightness = loop.brightness();
   return result;
 }

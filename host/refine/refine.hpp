@@ -12,6 +12,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -55,7 +56,7 @@ struct RefineFigures {
 };
 
 struct RefineResult {
-  FieldStack field;  // as many frames as the start's, samples of modulus 1
+  FieldStack field;  // of `refine`: as many frames as the start's, samples of modulus 1
   // Brightness that was asked for: intensity on a plane times the square of its distance, per
   // radiance of the pictures. Holograms of one scene and size compare by it
   double brightness = 1;
@@ -71,6 +72,27 @@ struct RefineResult {
 /// iterations.
 RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
                     std::span<const RefineKey> keys, const RefineSpec& spec);
+
+namespace refinement {
+class PhaseStack;
+}
+
+/// Refines holograms that stay on the device. What serves one picture is kept for the next.
+class Refiner {
+public:
+  Refiner(const cl::Device& device, cl::FftBackend backend);
+  ~Refiner();
+  Refiner(Refiner&&) noexcept;
+
+  /// What `run` starts from, and then its result.
+  refinement::PhaseStack& holograms();
+  /// As `refine`, but for the field.
+  RefineResult run(std::span<const RefineKey> keys, const RefineSpec& spec);
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Brightness of `raywave refine --brighter`: 0.93 of the light in the window instead of 0.85.
 constexpr double brighter = 1.15;

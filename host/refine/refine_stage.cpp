@@ -37,10 +37,23 @@ void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
                      " samples; the scene has " + std::to_string(plan.hologram.frames) + " of " +
                      std::to_string(plan.hologram.size.x) + " x " +
                      std::to_string(plan.hologram.size.y));
+  if (!refiner_) refiner_.emplace(device_, backend_);
+  has_start_ = start != nullptr;
+  if (start)
+    refiner_->holograms().take(*start);
+  else
+    refiner_->holograms().resize(plan.hologram.size, plan.hologram.frames);
 }
 
-void RefineStage::run(const FieldStack& start, const DeviceScene& scene,
-                      const SampleTable* table) {
+void RefineStage::take(const TileField& field, std::size_t tile, int frame) {
+  if (has_start_) return;
+  const StageClock clock(times_, "refine");
+  const auto& tiling = plan_->tiling;
+  refiner_->holograms().take(*field.samples, tiling.tiles[tile].first, tiling.tile_size, frame);
+  device_.finish();
+}
+
+void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
   const StageClock clock(times_, "refine");
   const auto& settings = plan_->refine.value();
   const double blur_m = settings.blur_m.value();
@@ -75,8 +88,7 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene,
     spec.first_step = 3;
     spec.padding = 1;
   }
-  auto result = refine(device_, backend_, start, refined_.keys, spec);
-  refined_.phases = std::move(result.field);
+  const auto result = refiner_->run(refined_.keys, spec);
   refined_.figures = result.figures;
   refined_.brightness = result.brightness;
   if (of_samples) {
@@ -87,6 +99,9 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene,
   }
 }
 
-Refined RefineStage::finish() { return std::exchange(refined_, {}); }
+Refined RefineStage::finish(bool keep_phases) {
+  if (keep_phases) refined_.phases = refiner_->holograms().read();
+  return std::exchange(refined_, {});
+}
 
 }  // namespace raywave
