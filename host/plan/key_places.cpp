@@ -151,13 +151,13 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
   std::sort(depths_m.begin(), depths_m.end());
 
   std::vector<KeyPlace> places;
-  const auto add_round = [&](int round, double z_m, bool is_between) {
+  const auto add_round = [&](int round, double z_m, glm::dvec2 shift) {
     // Edges of the parts along each axis, in holograms
     const auto edges = [&](int axis) {
       std::vector<double> at{0};
       const int n = parts[axis];
-      const bool shifted = is_between && n > 1;
-      for (int i = shifted ? 0 : 1; i < n; ++i) at.push_back((i + (shifted ? 0.5 : 0.0)) / n);
+      for (int i = 0; i < n; ++i)
+        if (n > 1 && i + shift[axis] > 0.01) at.push_back((i + shift[axis]) / n);
       at.push_back(1);
       return at;
     };
@@ -175,7 +175,7 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
   for (int round = 0; round < rounds; ++round) {
     const int turn = round + 2 * depths - rounds;
     add_round(round, depths_m[static_cast<std::size_t>(from_ends(turn % depths, depths))],
-              (rounds - round) % 2 == 0);
+              glm::fract(glm::dvec2(0.618034, 0.754878) * (rounds - 1.0 - round)));
   }
   return places;
 }
