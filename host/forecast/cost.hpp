@@ -61,4 +61,10 @@ double predicted_s(const Scene& scene, const World& world, const Plan& plan,
 
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates);
 
+/// Adds what Plan::refine costs.
+///
+/// frames               of a picture
+/// levels_of_a_descent  of the tree, that a ray of a lens's picture goes down
+void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work);
+
 }  // namespace raywave

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <optional>
@@ -14,6 +15,7 @@
 #include "host/common/text.hpp"
 #include "host/forecast/warnings.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
@@ -104,14 +106,18 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
 /// where no choice reaches the goal.
 ///
 /// returns  why the scene has so many layers; empty where only one number was tried
-std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& planned) {
+std::string choose(const std::vector<Choice>& all, const Goal& goal,
+                   const std::function<void()>& refine, Planned& planned) {
   const auto& c = chosen(all, goal);
   const auto why_layers = why_so_many_layers(all, c);
   auto& s = planned.scene;
   s.sampling.pitch_m = c.pitch_m;
   s.sampling.frames = c.frames;
   s.wrp.layers = c.layers;
-  if (c.iterations > 0) s.refine.value().iterations = c.iterations;
+  if (c.iterations > 0) {
+    refine();
+    s.refine.value().iterations = c.iterations;
+  }
   if (c.propagation == WrpPropagation::spectrum) {
     s.wrp.padding = c.padding;
     s.sampling.cone = c.cone.half_width;
@@ -172,9 +178,11 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.device = device.name;
   prediction.rates_of = device.rates.device;
   const double propagation = propagation_error_of(plan);
-  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone))
+  if (auto model = candidates.model_of(plan.most_layers, plan.cone)) {
+    if (plan.refine && refines_samples(plan)) model->paced = planned_iterations(plan);
     prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m),
                                            s.sampling.frames, propagation);
+  }
   prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);
   prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(propagation, phase_error));
@@ -297,7 +305,7 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
         s.refine.reset();
       }
     }
-    why_layers = choose(all, goal, planned);
+    why_layers = choose(all, goal, refine, planned);
   }
 
   // The plan with these values, in as few tiles as the device's memory allows

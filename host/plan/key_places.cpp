@@ -28,7 +28,6 @@ constexpr int most_parts = 16;
 // depth that a part's picture holds
 constexpr double between_parts = 0.6, beyond_parts = 0.25;
 constexpr int most_depths = 11;
-constexpr int part_iterations = 12;
 
 /// The number i of 0, ..., count - 1 in the order first, last, second, last but one ...
 int from_ends(int i, int count) { return i % 2 == 0 ? i / 2 : count - 1 - i / 2; }
@@ -108,10 +107,15 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
+bool serves_samples(const Plan& plan) {
+  return plan.samples.aimed && !plan.has_specular_samples() && plan.extent.near_m > 0;
+}
+
 bool refines_samples(const Plan& plan) {
   const auto& refine = plan.refine.value();
   if (refine.targets != RefineTargets::automatic) return refine.targets == RefineTargets::samples;
-  return plan.samples.aimed && !plan.has_specular_samples() && refine.views == 0;
+  return serves_samples(plan) && refine.views == 0 &&
+         refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations;
 }
 
 std::vector<KeyPlace> planned_places(const Plan& plan) {
@@ -194,7 +198,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
 
 int planned_iterations(const Plan& plan) {
   const auto& refine = plan.refine.value();
-  if (refines_samples(plan)) return refine.iterations.value_or(part_iterations);
+  if (refines_samples(plan)) return refine.iterations.value_or(most_paced_iterations);
   return refine.iterations.value_or(
       refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
 }

@@ -45,7 +45,16 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);
 
-/// True where a plan's hologram is refined towards pictures made of samples.
+/// Iterations from which on rays to a lens are worth their time: pictures made of samples are no
+/// better than the samples.
+constexpr int most_paced_iterations = 12;
+
+/// True where pictures made of samples show what a lens sees: there are samples, and none is seen
+/// in mirrors or through glass.
+bool serves_samples(const Plan& plan);
+
+/// True where a plan's hologram is refined towards pictures made of samples: as the scene says;
+/// where it does not, with few iterations and without views of its own.
 bool refines_samples(const Plan& plan);
 
 /// The pictures that Plan::refine asks for.
