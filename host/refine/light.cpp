@@ -134,6 +134,8 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
       grids(std::move(its_grids)),
       program(device, "kernels/refine/refine.cl",
               {{option::lanes, std::to_string(device.info().float_lanes)}}) {
+  double farthest_m = 0;
+  for (const auto& grid : grids) farthest_m = std::max(farthest_m, grid.z_m);
   std::size_t largest = 1;
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
@@ -163,7 +165,7 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
       t.row_chirp = on_device(mask(n.y, first.y, count.y));
       if (!propagator) {
         propagator.emplace(device, PropagatorSpec{n, optics.pitch_m, optics.wavelength_m,
-                                                  Optics::exact_padding, backend});
+                                                  Optics::exact_padding, backend, farthest_m});
         at_hologram = {device, area(n), "field at the hologram"};
       }
       for (const auto& tile : tiles_of(grid.size, n, optics.pitch_m))
