@@ -96,7 +96,7 @@ Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Ta
   t.phase_x = phases(x, right_m, distance_m / wavelength_m);
   t.phase_y = phases(y, down_m, 0);
   const auto bands_x = bands_across(y, x, wavelength_m, distance_m, down_m);
-  const auto bands_y = bands_across(x, y, wavelength_m, distance_m, right_m);
+  auto bands_y = bands_across(x, y, wavelength_m, distance_m, right_m);
 
   // Frequencies that both keep: `rows` are as narrow as they can be.
   Band kept_by_columns;
@@ -119,6 +119,9 @@ Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Ta
     t.remainder_turns =
         std::max(t.remainder_turns, std::abs(distance_m) / (2 * wavelength_m) * sagitta * sagitta);
   }
+  // Of other rows engines may hold nothing.
+  for (int i = 0; i < y.padded; ++i)
+    if (!t.rows.contains(y.signed_index(i))) bands_y[i] = {};
   std::tie(t.fades.left, t.fades.right) = fades_along(x, wavelength_m, distance_m, right_m);
   std::tie(t.fades.first, t.fades.last) = fades_along(y, wavelength_m, distance_m, down_m);
   t.band_x = firsts_then_lasts(bands_x);
