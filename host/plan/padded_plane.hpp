@@ -15,8 +15,8 @@ namespace raywave {
 glm::ivec2 padded_size(glm::ivec2 size, double padding);
 
 /// The same for propagation over `distance_m`. From padding 2 on the plane is wide enough for the
-/// fringe that diffraction draws about light's edges, sqrt(wavelength z) wide, to fade in: holograms
-/// of few Fresnel zones need it. Below 2, light that wraps around is accepted, and so is this.
+/// fringe that diffraction draws about light's edges, sqrt(wavelength z) wide, to fade in:
+/// holograms of few Fresnel zones need it. Below 2, light that wraps around is accepted, and so is this.
 ///
 /// throws  InputError when a side would be padded more than 64 times
 glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, double wavelength_m,
@@ -24,8 +24,8 @@ glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, doub
 
 /// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can
 /// receive from the window along one axis, the other frequency being zero: [L(shift - half),
-/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is Axis::reach_m. No frequency (first > second) when the distance is zero and
-/// the shift larger than half_m.
+/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is Axis::reach_m. No frequency
+/// (first > second) when the distance is zero and the shift larger than half_m.
 ///
 /// source  Matsushima's Table 1 without its case distinctions; the transfer function's local
 ///         frequency |shift - z u/w| <= half_m

@@ -86,14 +86,14 @@ public:
 
   Squares squares(std::size_t padding) const { return squares(got_[padding], wanted_); }
 
-  /// Of what arrives over the WRPs with a padding against the samples' waves, as `cone` weighs them.
+  /// Of what arrives over the WRPs with a padding against the samples' waves, as `cone` weighs.
   Squares squares_of_waves(std::size_t padding) const {
     std::vector<Complex> waves(wanted_.size());
     const double k = 2 * pi / plan_.hologram.wavelength_m,
                  unit = static_cast<double>(fft_.size());  // transforms are not normalised
     for_each_sample([&](const Point& point, Complex phasor) {
       const bool is_near = footprint_of(plan_, axis_, layer_.distance_m, point.z_m).is_near();
-      // A line's wave is an eighth of a turn ahead of its spherical wave, which is what `fill` takes
+      // A line's wave is an eighth of a turn ahead of its spherical wave, which `fill` takes
       const double turned = is_near ? -pi / 4 : point.depth_m < 0 ? -pi / 2 : 0;
       for (int i = 0; i < n_; ++i) {
         const double at_m = (i - (n_ - 1) / 2.0) * pitch_m_, across_m = at_m - point.x_m,
