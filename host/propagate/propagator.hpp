@@ -52,7 +52,7 @@ public:
   /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double
   ///           (1 m, shift 50 mm: 3.6e-7); <= 6e-7 against the direct Rayleigh-Sommerfeld sum for
   ///           fields inside window and band; <= 5e-3 for noise on planes at least
-  ///           sqrt(wavelength z) wide, told of the distance (PropagatorSpec::distance_m), else up to 0.3
+  ///           sqrt(wavelength z) wide, told of PropagatorSpec::distance_m; else up to 0.3
   void add(const Target& target);
 
   /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was
