@@ -116,8 +116,8 @@ Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
   const auto hologram = hologram_spec(pixels, size);
   const auto target = target_of(distance_m, options);
   const auto opened = open(options.on);
-  Propagator propagator(
-      opened.device, {size, hologram.pitch_m, hologram.wavelength_m, options.padding, opened.fft});
+  Propagator propagator(opened.device, {size, hologram.pitch_m, hologram.wavelength_m,
+                                        options.padding, opened.fft, distance_m});
   cl::ComplexBuffer source(opened.device, stack.samples, "field");
   cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
                             "field");
@@ -143,8 +143,9 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
   const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
   for (int frame = 0; frame < field.frames; ++frame) {
     const auto* first = field.samples + frame * plane;
-    const auto arrived = in_double::shifted_angular_spectrum({first, first + plane}, setup,
-                                                             padded_size(size, options.padding));
+    const auto arrived = in_double::shifted_angular_spectrum(
+        {first, first + plane}, setup,
+        padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m));
     result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
   }
   return result;

@@ -53,7 +53,7 @@ struct JudgedKey {
   RefineKey key;
 };
 
-/// Reconstructs the holograms for every key, exactly (angular spectrum, padding 2), and compares
+/// Reconstructs the holograms for every key, exactly (angular spectrum), and compares
 /// them with its picture as `raywave quality` does.
 ///
 /// middle_m  depth amid the scene: light and contrast are taken at the whole picture nearest to it

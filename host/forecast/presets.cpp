@@ -9,8 +9,10 @@
 #include <numbers>
 #include <optional>
 #include <utility>
+#include <variant>
 
 #include "host/carriers/planning/facts.hpp"
+#include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/warnings.hpp"
@@ -178,10 +180,12 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.device = device.name;
   prediction.rates_of = device.rates.device;
   const double propagation = propagation_error_of(plan);
+  const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
   if (auto model = candidates.model_of(plan.most_layers, plan.cone)) {
     if (plan.refine && refines_samples(plan)) model->paced = planned_iterations(plan);
-    prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m),
-                                           s.sampling.frames, propagation);
+    prediction.pictures =
+        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                         wrps ? predicted_padding_errors(plan, {wrps->padded})[0] : propagation);
   }
   prediction.slm_light = slm_light(plan, candidates.view());
   const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);

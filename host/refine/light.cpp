@@ -174,6 +174,8 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
   tables.clear();
   propagator.reset();
   transforms = 0;
+  double farthest_m = 0;
+  for (const auto& grid : grids) farthest_m = std::max(farthest_m, grid.z_m);
   std::vector<std::size_t> largest;  // by slot
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
@@ -205,7 +207,7 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
       t.row_chirp = on_device(mask(n.y, first.y, count.y));
       if (!propagator) {
         propagator.emplace(device, PropagatorSpec{n, optics.pitch_m, optics.wavelength_m,
-                                                  Optics::exact_padding, backend});
+                                                  Optics::exact_padding, backend, farthest_m});
         at_hologram = {device, area(n), "field at the hologram"};
       }
       for (const auto& tile : tiles_of(grid.size, n, optics.pitch_m))

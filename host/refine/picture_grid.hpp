@@ -15,7 +15,7 @@ namespace raywave::refinement {
 
 enum class Propagation {
   fresnel,  // one transform, padded; pixels grow with the distance
-  exact,    // angular spectrum, padded 2; pixels are the hologram's
+  exact,    // angular spectrum; pixels are the hologram's
 };
 
 /// The hologram that is refined, and how its light is propagated.

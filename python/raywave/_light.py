@@ -176,7 +176,8 @@ def propagate(
     both: rw.propagate(holo.field, distance=0.1).
     distance: in metres along the direction of travel; negative propagates back.
     shift: centre of the target minus centre of u, (x right, y up), in metres.
-    padding: side of the transformed plane over the side of u, 1 to 64.
+    padding: side of the transformed plane over the side of u, 1 to 64; from 2 on the plane is
+        wider where the distance needs it.
 
     Returns an array of u's shape and type. The adjoint is the propagation by -distance and -shift;
     raywave.torch and raywave.jax differentiate through it.

@@ -9,7 +9,9 @@ namespace RAYWAVE_NAMESPACE {
 struct PropagateOptions {
   // Target centre minus source centre
   Vec2 shift_m{0, 0};
-  double padding = 2;  // 1 to 64: side of the transformed plane over the side of the field
+  // 1 to 64: side of the transformed plane over the side of the field. From 2 on the plane is wider
+  // where the distance needs it
+  double padding = 2;
   DeviceOptions on{};
 };
 
