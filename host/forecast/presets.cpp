@@ -76,6 +76,7 @@ const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
 
 /// Without those of more frames, which the panel does not show. Frames that are given stay.
 std::vector<Choice> with_frames(std::vector<Choice> all, double most) {
+  most = std::max(most, 1.0);
   if (std::any_of(all.begin(), all.end(), [&](const auto& c) { return c.frames <= most; }))
     std::erase_if(all, [&](const auto& c) { return c.frames > most; });
   return all;

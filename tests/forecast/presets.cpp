@@ -233,7 +233,10 @@ TEST_CASE(
     }
     // Without the goal, an eye's 30 pictures a second
     const double all_db = best_within(scene, world, 1e9, std::max(frames, 4.0));
-    CHECK(says(p.reasons, "which has " + number_text(std::round(all_db * 10) / 10) + " dB"));
+    const bool has_lost = all_db > std::max(best_db, p.prediction.pictures->mean_psnr_db) + 0.1;
+    CHECK(has_lost == (rate_per_s > 10));
+    CHECK(says(p.reasons, "which has " + number_text(std::round(all_db * 10) / 10) + " dB") ==
+          has_lost);
   }
 }
 
@@ -243,15 +246,16 @@ TEST_CASE("frames that the planner chooses are those that the panel shows in a p
     return planned(data_scene("teapot.toml", set), goal).scene.sampling.frames;
   };
   CHECK(frames({}) > 4);
-  CHECK(frames({"slm.rate=120"}) == 4);  // 30 pictures a second
+  CHECK(frames({"slm.rate=120"}) <= 4);  // 30 pictures a second
   CHECK(frames({"slm.rate=60"}) == 2);
   CHECK(frames({"slm.rate=1"}) == 1);
   // The lasers take turns
-  const auto scenes = load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
-                                  {"slm.rate=180", "hologram.resolution=[480, 270]"});
+  const auto scenes =
+      load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
+                  {"slm.rate=180", "sampling.frames=auto", "hologram.resolution=[480, 270]"});
   const auto world = build_world(scenes[0]);
   for (const auto& laser : plan_scenes(scenes, world, {}, {Preset::reference, {}, {}}))
-    CHECK(laser.scene.sampling.frames == 2);
+    CHECK(laser.scene.sampling.frames <= 2);
   for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 60.0}))
     CHECK(laser.scene.sampling.frames == 1);
   for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 90.0}))
