@@ -70,9 +70,8 @@ std::string give_pocl_a_cache(const ::cl::Platform& platform) {
     return is_writable_folder(own)
                ? ""
                : "POCL_CACHE_DIR=" + own + " cannot be written, so that PoCL has no device" + cure;
-  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
-  if (xdg.empty() && home.empty()) return "";  // PoCL takes a temporary folder itself
-  const auto usual = std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
+  const auto usual = pocl_cache_folder();
+  if (usual.empty()) return "";  // PoCL takes a temporary folder itself
   if (is_writable_folder(usual)) return "";
   const auto ours = temporary_cache_folder();
   if (ours.empty()) return usual.string() + " cannot be written, so that PoCL has no device" + cure;

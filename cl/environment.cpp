@@ -11,4 +11,11 @@ std::optional<std::filesystem::path> program_folder() {
   return folder;
 }
 
+std::filesystem::path pocl_cache_folder() {
+  if (const auto own = environment_variable("POCL_CACHE_DIR"); !own.empty()) return own;
+  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
+  if (xdg.empty() && home.empty()) return {};
+  return std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
+}
+
 }  // namespace raywave::cl

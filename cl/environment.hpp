@@ -11,4 +11,7 @@ namespace raywave::cl {
 /// and the FFT runs on the host.
 std::optional<std::filesystem::path> program_folder();
 
+/// Where PoCL keeps the kernels that it has compiled; empty: a temporary folder of its own.
+std::filesystem::path pocl_cache_folder();
+
 }  // namespace raywave::cl

@@ -10,13 +10,9 @@
 
 namespace raywave::cl {
 
-namespace {
-
 bool is_pocl(const DeviceInfo& device) {
   return device.platform.find("Portable Computing Language") != std::string::npos;
 }
-
-}  // namespace
 
 bool needs_single_items(const DeviceInfo& device) {
   return is_pocl(device) && device.driver.starts_with("6.");

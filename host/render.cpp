@@ -477,17 +477,10 @@ double clipping_loss(const FieldStack& field, double clip, std::optional<int> fr
 }
 
 std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
-  std::vector<std::string> all;
-  for (const auto& laser : lasers) {
-    for (auto note : laser.notes) {
-      const bool is_common = std::all_of(lasers.begin(), lasers.end(), [&](const auto& other) {
-        return std::find(other.notes.begin(), other.notes.end(), note) != other.notes.end();
-      });
-      if (!is_common) note = length_text(laser.plan.hologram.wavelength_m) + ": " + note;
-      add_lines(all, {note});
-    }
-  }
-  return all;
+  std::vector<std::pair<double, std::vector<std::string>>> notes;
+  for (const auto& laser : lasers)
+    notes.emplace_back(laser.plan.hologram.wavelength_m, laser.notes);
+  return lines_of_lasers(notes);
 }
 
 double laser_need(const RenderResult& result, std::optional<int> frames) {

@@ -153,8 +153,8 @@ public:
   void add(const SlmSpec& slm) {
     const auto& [encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
                  flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-                 rotate_deg, stop, illumination, notes] = slm;
-    (void)notes;  // say nothing of the light
+                 rotate_deg, stop, rate_per_s, illumination, notes] = slm;
+    (void)notes, (void)rate_per_s;  // say nothing of the light
     add_all(encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
             flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
             rotate_deg, stop, illumination);

@@ -17,6 +17,9 @@ struct DeviceFigures {
   MemoryLimits memory;  // without limits where nothing is known of it
   FftBackend fft = FftBackend::host;
   DeviceRates rates = default_rates();
+  std::string key;  // of platform, device and driver
+  bool is_processor = false;
+  bool keeps_kernels = false;  // whether its driver may have kernels of earlier programs
 };
 
 }  // namespace raywave

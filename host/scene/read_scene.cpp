@@ -492,6 +492,10 @@ std::vector<Scene> parse_scenes(const SceneText& text, const std::vector<std::st
   const auto& colour = scenes[0].colour;
   const std::size_t lasers = colour && !colour->only ? colour->lasers.count() : 1;
   while (scenes.size() < lasers) scenes.push_back(parse_laser(text, overrides, scenes.size()));
+  auto& notes = scenes[0].notes;  // those of all, each once
+  for (std::size_t i = 1; i < scenes.size(); ++i)
+    for (const auto& note : scenes[i].notes)
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   return scenes;
 }
 

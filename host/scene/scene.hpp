@@ -264,7 +264,7 @@ struct Scene {
   std::string digest;
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
-  // Notes for the user, a line each: lengths without a unit ...
+  // Notes for the user, a line each: lengths without a unit ... The first laser has those of all
   std::vector<std::string> notes;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none
