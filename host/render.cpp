@@ -106,21 +106,16 @@ RenderResult Renderer::State::render(Laser& laser) {
   prepare(laser);
   const auto& plan = laser.plan;
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
-  if (plan.refine) refiner.prepare(plan, refine_start(laser));
+  refiner.prepare(plan, refine_start(laser));
   const double unit = std::sqrt(traced_.scene().radiance_unit);
   encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
     for (int frame = 0; frame < plan.hologram.frames; ++frame)
-      if (const auto field = carrier->carry(tile, frame); plan.refine)
-        refiner.take(field, tile, frame), encoder.keep(field, tile, frame);
-      else
-        encoder.run(field, tile, frame);
-  if (plan.refine) {
-    refiner.run(traced_.scene(), traced_.table().get());
-    for (int frame = 0; frame < plan.hologram.frames; ++frame)
-      encoder.run_whole(refiner.phases(frame), frame);
-  }
+      encoder.run(refiner.take(carrier->carry(tile, frame), tile, frame), tile, frame);
+  refiner.run(traced_.scene(), traced_.table().get());
+  for (int frame = 0; plan.refine && frame < plan.hologram.frames; ++frame)
+    encoder.run_whole(refiner.phases(frame), frame);
   return finish(laser);
 }
 

@@ -30,6 +30,7 @@ RefineStage::RefineStage(const cl::Device& device, cl::FftBackend backend, Stage
 
 void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
   plan_ = &plan;
+  if (!plan.refine) return;
   if (start && (start->nx != plan.hologram.size.x || start->ny != plan.hologram.size.y ||
                 start->frames != plan.hologram.frames))
     throw InputError("refinement is to begin with " + std::to_string(start->frames) +
@@ -45,15 +46,17 @@ void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
     refiner_->holograms().resize(plan.hologram.size, plan.hologram.frames);
 }
 
-void RefineStage::take(const TileField& field, std::size_t tile, int frame) {
-  if (has_start_) return;
+const TileField& RefineStage::take(const TileField& field, std::size_t tile, int frame) {
+  if (!plan_->refine || has_start_) return field;
   const StageClock clock(times_, "refine");
   const auto& tiling = plan_->tiling;
   refiner_->holograms().take(*field.samples, tiling.tiles[tile].first, tiling.tile_size, frame);
   device_.finish();
+  return field;
 }
 
 void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
+  if (!plan_->refine) return;
   const StageClock clock(times_, "refine");
   const auto& settings = plan_->refine.value();
   const double blur_m = settings.blur_m.value();

@@ -39,7 +39,7 @@ public:
   RefineStage(const cl::Device& device, cl::FftBackend backend, StageTimes& times,
               std::function<void(const std::string&, double)> progress);
 
-  /// plan    with Plan::refine; must outlive `run`
+  /// plan    without Plan::refine, `take` and `run` do nothing; must outlive `run`
   /// start   the fields to begin with; null: those that `take` brings
   /// throws  InputError when it has another size or other frames than the plan
   void prepare(const Plan& plan, const FieldStack* start);
@@ -47,8 +47,9 @@ public:
   /// Takes the phases of a tile of a frame, unless `prepare` was given them. Its brightness does
   /// not count.
   ///
-  /// field  no transform
-  void take(const TileField& field, std::size_t tile, int frame);
+  /// field    no transform
+  /// returns  the same
+  const TileField& take(const TileField& field, std::size_t tile, int frame);
 
   /// Makes the pictures, and refines the fields' phases towards them.
   ///

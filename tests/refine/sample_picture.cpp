@@ -7,6 +7,13 @@
 #include <memory>
 #include <numbers>
 
+#include "host/encode/encode.hpp"
+#include "host/encode/shown.hpp"
+#include "host/evaluate/refinement.hpp"
+#include "host/plan/key_places.hpp"
+#include "host/planning/make_plan.hpp"
+#include "host/refine/scene_keys.hpp"
+#include "host/render.hpp"
 #include "tests/support/devices.hpp"
 #include "tests/support/scenes.hpp"
 
@@ -146,6 +153,118 @@ TEST_CASE("a picture made of samples is the sum of the intensities of their wave
     for (std::size_t i = 0; i < found.size(); ++i) sum += found[i], all += expected[i];
     CHECK(sum == Catch::Approx(all).epsilon(0.02));
   }
+}
+
+DEVICE_TEST("the light of samples by parts is the mean of their field's squares there") {
+  // A deep scene with parts that hide each other and highlights
+  const auto scene = load_scene(
+      RAYWAVE_DATA_DIR "/study.toml",
+      {"hologram.resolution=[128,96]", "hologram.pitch=8um", "sampling.pitch=40um",
+       "sampling.frames=64", "slm.encoding=phase", "wrp.padding=2", "wrp.propagation=spectrum"});
+  const auto world = build_world(scene);
+  const auto rendered = render(device, scene, world, {.method = Method::points});
+  const auto& plan = rendered.plan;
+  const DeviceScene arrays(device, world, plan);
+  const SampleTable table(device, plan, arrays);
+  const auto light = sample_light(device, plan, arrays, table);
+  REQUIRE(light.parts == 8);
+  const double unit = arrays.radiance_unit * std::pow(amplitude_unit_m(plan), 2);
+  double difference = 0, all = 0;
+  for (int j = 0; j < 4; ++j) {
+    for (int i = 0; i < 4; ++i) {
+      // Quarters of the window, two parts wide: 32 x 24 pixels
+      double expected = 0, mean = 0;
+      for (std::size_t s = 0; s < light.at_m.size(); ++s)
+        for (int part = 0; part < 4; ++part)
+          expected += unit / 4 *
+                      static_cast<double>(
+                          light.irradiance[s * 64 + static_cast<std::size_t>(
+                                                        (2 * j + part / 2) * 8 + 2 * i + part % 2)]);
+      for (int frame = 0; frame < 64; ++frame)
+        for (int y = 24 * (3 - j); y < 24 * (4 - j); ++y)
+          for (int x = 32 * i; x < 32 * (i + 1); ++x)
+            mean += std::norm(std::complex<double>(
+                        rendered.field.samples[(static_cast<std::size_t>(frame) * 96 + y) * 128 +
+                                               x])) /
+                    (64 * 24 * 32);
+      difference += std::pow(mean - expected, 2);
+      all += expected * expected;
+    }
+  }
+  CAPTURE(std::sqrt(difference / all));
+  // 64 frames of some 200 speckles in a quarter leave 1 %
+  CHECK(std::sqrt(difference / all) <= 0.03);
+}
+
+DEVICE_TEST("four iterations towards pictures of samples gain 3 dB, also where nothing was asked") {
+  const auto scene =
+      load_scene(RAYWAVE_DATA_DIR "/study.toml",
+                 {"hologram.resolution=[192,160]", "sampling.frames=1", "hologram.pitch=6um",
+                  "sampling.pitch=40um", "refine.blur=24um", "refine.iterations=4"});
+  const auto world = build_world(scene);
+  const auto rendered = render(device, scene, world);
+  const auto& plan = rendered.plan;
+  REQUIRE(refines_samples(plan));
+  REQUIRE(rendered.refined->keys.front().samples);
+  CHECK(rendered.refined->figures.iterations == 4);
+  const DeviceScene arrays(device, world, plan);
+  std::vector<JudgedKey> judged;
+  for (const auto& place : {KeyPlace{18.1 * mm}, KeyPlace{19.3 * mm},
+                            KeyPlace{18.6 * mm, {0.5, 0}, {0.5, 1}}})
+    judged.push_back({KeyRole::held_out, lens_key(device, plan, arrays, place, 24 * um,
+                                                  key_pictures(*plan.refine))});
+  Encoder encoder(device, rendered.panel);
+  const auto figures = judge_refinement(
+      device, cl::FftBackend::host, scene.hologram,
+      {rendered.field, shown_field(*rendered.panel, encode(device, encoder, rendered.field)),
+       shown_field(*rendered.panel, rendered.levels)},
+      judged, 24 * um, 5, 18.6 * mm);
+  for (const auto& row : figures.rows) {
+    CAPTURE(row.z_m, row.psnr_db.field, row.psnr_db.unrefined, row.psnr_db.refined);
+    CHECK(row.psnr_db.refined > row.psnr_db.unrefined + 3);
+  }
+}
+
+TEST_CASE("each round of parts opens the whole hologram once, at depths through the scene") {
+  const auto scene = load_scene(RAYWAVE_DATA_DIR "/study.toml", {"hologram.resolution=[384,192]"});
+  const auto plan = make_plan(scene, build_world(scene));
+  for (const double pupil_m : {0.36 * mm, 4 * mm}) {
+    for (const int iterations : {1, 2, 5, 12, 100}) {
+      const auto places = part_places(plan, 15 * um, pupil_m, iterations);
+      CHECK(places.back().round < iterations);
+      std::vector<std::vector<int>> opened(static_cast<std::size_t>(places.back().round) + 1,
+                                           std::vector<int>(384 * 192));
+      for (const auto& place : places) {
+        const auto open = refinement::open_part({384, 192}, place.view, place.aperture);
+        auto& pixels = opened[static_cast<std::size_t>(place.round)];
+        for (int y = open.first.y; y < open.first.y + open.size.y; ++y)
+          for (int x = open.first.x; x < open.first.x + open.size.x; ++x) ++pixels[y * 384 + x];
+        CHECK(place.z_m > 0.8 * plan.extent.near_m);
+        CHECK(place.z_m < 1.2 * plan.extent.far_m);
+      }
+      for (const auto& pixels : opened) {
+        // Pixels whose middle lies on an edge belong to both sides
+        CHECK(std::count(pixels.begin(), pixels.end(), 0) == 0);
+        CHECK(std::count(pixels.begin(), pixels.end(), 1) >= 384 * 192 * 97 / 100);
+      }
+    }
+  }
+}
+
+TEST_CASE("few iterations take the samples' light, many rays to a lens, unless the scene says") {
+  const std::string study = RAYWAVE_DATA_DIR "/study.toml";
+  const auto of_samples = [&](const std::vector<std::string>& overrides) {
+    const auto scene = load_scene(study, overrides);
+    return refines_samples(make_plan(scene, build_world(scene)));
+  };
+  CHECK(of_samples({"refine.iterations=4"}));
+  CHECK_FALSE(of_samples({"refine.iterations=40"}));
+  CHECK_FALSE(of_samples({"refine.views=0"}));
+  CHECK_FALSE(of_samples({"refine.iterations=4", "refine.views=3"}));
+  CHECK_FALSE(of_samples({"refine.iterations=4", "refine.targets=lens"}));
+  CHECK(of_samples({"refine.iterations=40", "refine.targets=samples"}));
+  const auto refused = load_scene(study, {"refine.targets=samples", "refine.views=3"});
+  CHECK_REFUSED(make_plan(refused, build_world(refused)), "refine.views is for pictures of a lens");
 }
 
 }  // namespace
