@@ -71,9 +71,8 @@ std::string give_pocl_a_cache(const ::cl::Platform& platform) {
     return is_writable_folder(own)
                ? ""
                : "POCL_CACHE_DIR=" + own + " cannot be written, so that PoCL has no device" + cure;
-  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
-  if (xdg.empty() && home.empty()) return "";  // PoCL takes a temporary folder itself
-  const auto usual = std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
+  const auto usual = pocl_cache_folder();
+  if (usual.empty()) return "";  // PoCL takes a temporary folder itself
   if (is_writable_folder(usual)) return "";
   const auto ours = temporary_cache_folder();
   if (ours.empty()) return usual.string() + " cannot be written, so that PoCL has no device" + cure;
@@ -156,10 +155,6 @@ void end_at_abort(int) {
         "lists them)\n"})
     if (::write(STDERR_FILENO, text, std::strlen(text)) < 0) break;
   ::_exit(exit_code);
-}
-
-bool is_pocl(const DeviceInfo& device) {
-  return device.platform.find("Portable Computing Language") != std::string::npos;
 }
 
 }  // namespace
@@ -297,6 +292,10 @@ void driver_is_done() {
   if (exit_code != 0) work[0] = '\0';
 }
 
+bool is_pocl(const DeviceInfo& device) {
+  return device.platform.find("Portable Computing Language") != std::string::npos;
+}
+
 bool needs_single_items(const DeviceInfo& device) {
   return is_pocl(device) && device.driver.starts_with("6.");
 }
@@ -314,6 +313,13 @@ std::optional<std::filesystem::path> program_folder() {
   const auto folder = environment_variable("RAYWAVE_PROGRAM_DIR");
   if (folder.empty()) return std::nullopt;
   return folder;
+}
+
+std::filesystem::path pocl_cache_folder() {
+  if (const auto own = environment_variable("POCL_CACHE_DIR"); !own.empty()) return own;
+  const auto xdg = environment_variable("XDG_CACHE_HOME"), home = environment_variable("HOME");
+  if (xdg.empty() && home.empty()) return {};
+  return std::filesystem::path(xdg.empty() ? home + "/.cache" : xdg) / "pocl";
 }
 
 }  // namespace raywave::cl

@@ -147,6 +147,8 @@ void driver_is_done();
 // What PoCL needs. 6.0: its passes that make a loop over the items of a work-group end the process
 // on long kernels (docs/devices.md). A group of one item needs no loop.
 
+bool is_pocl(const DeviceInfo& device);
+
 /// Whether kernels must be launched in work-groups of one item, and programs be kept as objects:
 /// the binary of a built program holds its kernels for groups of any size, which have the loop.
 bool needs_single_items(const DeviceInfo& device);
@@ -159,5 +161,8 @@ std::string missing_tool(const DeviceInfo& device);
 /// RAYWAVE_PROGRAM_DIR, where it is set. Nothing is compiled then: programs come from this folder,
 /// and the FFT runs on the host.
 std::optional<std::filesystem::path> program_folder();
+
+/// Where PoCL keeps the kernels that it has compiled; empty: a temporary folder of its own.
+std::filesystem::path pocl_cache_folder();
 
 }  // namespace raywave::cl

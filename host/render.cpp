@@ -102,15 +102,16 @@ RenderResult Renderer::State::render(Laser& laser) {
   prepare(laser);
   const auto& plan = laser.plan;
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
-  const auto* start = refine_start(laser);
-  if (plan.refine) refiner.prepare(plan, start);
+  refiner.prepare(plan, refine_start(laser));
   const double unit = std::sqrt(traced_.scene().radiance_unit);
   encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
     for (int frame = 0; frame < plan.hologram.frames; ++frame)
-      encoder.run(carrier->carry(tile, frame), tile, frame);
-  if (plan.refine) refiner.run(start ? *start : encoder.field, traced_.scene());
+      encoder.run(refiner.take(carrier->carry(tile, frame), tile, frame), tile, frame);
+  refiner.run(traced_.scene(), traced_.table().get());
+  for (int frame = 0; plan.refine && frame < plan.hologram.frames; ++frame)
+    encoder.run_whole(refiner.phases(frame), frame);
   return finish(laser);
 }
 
@@ -306,8 +307,8 @@ RenderResult Renderer::State::finish(Laser& laser) {
   std::vector<std::string> of_carrier;
   carrier->add_notes(of_carrier);
   add_lines(result.notes, of_carrier);
-  if (plan.refine) result.refined = refiner.finish();
-  encoder.finish(radiance_unit, result.refined ? &result.refined->phases : nullptr);
+  if (plan.refine) result.refined = refiner.finish(options_.keep_field);
+  encoder.finish(radiance_unit);
   add_material_notes(material_notes(laser.scene, world_), result.notes);
   result.found = world_.found;
   if (table && table->count == 0)
@@ -454,17 +455,10 @@ double clipping_loss(const FieldStack& field, double clip, std::optional<int> fr
 }
 
 std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
-  std::vector<std::string> all;
-  for (const auto& laser : lasers) {
-    for (auto note : laser.notes) {
-      const bool is_common = std::all_of(lasers.begin(), lasers.end(), [&](const auto& other) {
-        return std::find(other.notes.begin(), other.notes.end(), note) != other.notes.end();
-      });
-      if (!is_common) note = length_text(laser.plan.hologram.wavelength_m) + ": " + note;
-      add_lines(all, {note});
-    }
-  }
-  return all;
+  std::vector<std::pair<double, std::vector<std::string>>> notes;
+  for (const auto& laser : lasers)
+    notes.emplace_back(laser.plan.hologram.wavelength_m, laser.notes);
+  return lines_of_lasers(notes);
 }
 
 double laser_need(const RenderResult& result, std::optional<int> frames) {

@@ -181,8 +181,8 @@ public:
   void add(const SlmSpec& slm) {
     const auto& [encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
                  flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-                 rotate_deg, stop, illumination, notes] = slm;
-    (void)notes;  // say nothing of the light
+                 rotate_deg, stop, rate_per_s, illumination, notes] = slm;
+    (void)notes, (void)rate_per_s;  // say nothing of the light
     add_all(encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
             flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
             rotate_deg, stop, illumination);
@@ -330,8 +330,9 @@ bool Animator::lasers_dim(const Laser& laser) const {
   return laser.scene.colour && laser.scene.slm.encoding == Encoding::phase;
 }
 
-Renderer Animator::renderer() const {
+Renderer Animator::renderer(const Progress& progress) const {
   RenderOptions how;
+  how.progress = progress;
   how.fft = fft_;
   how.keep_field = scene().colour.has_value();  // which the lasers' powers follow
   std::vector<Scene> scenes;
@@ -377,6 +378,45 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   return scale;
 }
 
+Animator::Pictures::Pictures(const Animator& animator, const Progress& progress)
+    : of_(animator), renderer_(animator.renderer(progress)), scale_(of_.brightest(renderer_)) {
+  if (scale_.clip > 0) renderer_.set_clip(scale_.clip);
+}
+
+AnimatedPicture Animator::Pictures::make(int picture) {
+  const auto scene = scene_at(of_.scene(), picture);
+  of_.show(scene, picture, renderer_);
+  auto results = renderer_.render_lasers();
+  const auto count = static_cast<std::size_t>(of_.schedule_.count_of(picture));
+  const auto lasers = of_.lasers();
+  AnimatedPicture made;
+  made.levels.resize(count * lasers);
+  made.line = of_.line_of(picture, scene, results[0]);
+  for (std::size_t i = 0; i < lasers; ++i) {
+    auto& result = results[i];
+    const auto& laser = of_.lasers_[i];
+    result.clip = scale_.clip;  // that it is shown with
+    for (std::size_t j = 0; j < count; ++j)
+      made.levels[j * lasers + i] = std::move(result.levels[j]);
+    add_lines(made.notes, result.notes);
+    if (lasers > 1)
+      made.powers.push_back(of_.power_of(laser, result, picture) /
+                            (of_.lasers_dim(laser) && scale_.power > 0 ? scale_.power : 1));
+    for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;
+  }
+  if (!made.powers.empty()) made.line["powers"] = made.powers;
+  if (!made.notes.empty()) made.line["notes"] = made.notes;
+  return made;
+}
+
+void Animator::turn(std::vector<std::vector<std::uint8_t>>& levels) const {
+  for (std::size_t i = 0; i < levels.size(); ++i) {
+    const auto& of_laser = plan(i % lasers());
+    levels[i] =
+        for_slm(LevelPicture{of_laser.hologram.size, std::move(levels[i])}, of_laser.slm).levels;
+  }
+}
+
 AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
                                     std::optional<int> wanted_end) const {
   AnimateResult made;
@@ -387,9 +427,7 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
     files.finish();
     return made;
   }
-  auto renderer = this->renderer();
-  const auto scale = brightest(renderer);
-  if (scale.clip > 0) renderer.set_clip(scale.clip);
+  Pictures pictures(*this);
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
   for (int picture = first; picture < end; ++picture) {
@@ -397,43 +435,21 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
       progress(
           "picture " + std::to_string(picture) + ", of 0 to " + std::to_string(all_pictures - 1),
           static_cast<double>(picture - begin) / (end - begin));
-    const auto scene = scene_at(this->scene(), picture);
-    show(scene, picture, renderer);
-    auto results = renderer.render_lasers();
-    const auto count = static_cast<std::size_t>(schedule_.count_of(picture));
-    // std::function wants what can be copied. The lasers of a hologram lie side by side
-    auto levels = std::make_shared<std::vector<std::vector<std::uint8_t>>>(count * lasers());
-    auto line = line_of(picture, scene, results[0]);
-    std::vector<std::string> notes;
-    std::vector<double> powers;
-    for (std::size_t i = 0; i < lasers(); ++i) {
-      auto& result = results[i];
-      result.clip = scale.clip;  // that it is shown with
-      for (std::size_t j = 0; j < count; ++j)
-        (*levels)[j * lasers() + i] = std::move(result.levels[j]);
-      add_lines(notes, result.notes);
-      if (lasers() > 1)
-        powers.push_back(power_of(lasers_[i], result, picture) /
-                         (lasers_dim(lasers_[i]) && scale.power > 0 ? scale.power : 1));
-      if (picture > first)
-        for (const auto& [stage, s] : result.processor_seconds) made.processor_seconds[stage] += s;
+    // std::function wants what can be copied
+    const auto one = std::make_shared<AnimatedPicture>(pictures.make(picture));
+    add_lines(made.notes, one->notes);
+    const auto holograms = static_cast<int>(one->levels.size());
+    if (picture > first) {
+      for (const auto& [stage, s] : one->processor_seconds) made.processor_seconds[stage] += s;
+      made.timed_holograms += holograms;
     }
-    add_lines(made.notes, notes);
-    if (!powers.empty()) line["powers"] = powers;
-    if (!notes.empty()) line["notes"] = notes;
-    queue.push([levels, &files, line, this] {
-      for (std::size_t i = 0; i < levels->size(); ++i) {
-        const auto& of_laser = plan(i % lasers());
-        auto& one = (*levels)[i];
-        one = for_slm(LevelPicture{of_laser.hologram.size, std::move(one)}, of_laser.slm).levels;
-      }
-      files.add(*levels, line);
+    queue.push([one, &files, this] {
+      turn(one->levels);
+      files.add(one->levels, one->line);
     });
     if (picture == first) start = std::chrono::steady_clock::now();
     ++made.pictures;
-    const int holograms = static_cast<int>(count * lasers());
     made.holograms += holograms;
-    if (picture > first) made.timed_holograms += holograms;
   }
   queue.finish();
   files.finish();

@@ -30,6 +30,16 @@ struct AnimateResult {
   std::vector<std::string> notes;  // of all pictures, each once
 };
 
+/// A picture of an animation.
+struct AnimatedPicture {
+  // Of its holograms; the lasers of one lie side by side
+  std::vector<std::vector<std::uint8_t>> levels;
+  std::vector<double> powers;   // radiant, of several lasers; those of white have the sum 1
+  nlohmann::ordered_json line;  // of report.jsonl
+  std::vector<std::string> notes;
+  std::map<std::string, double> processor_seconds;  // RenderResult's, of all lasers
+};
+
 /// An animation that is planned. A picture depends on nothing but the scene and its number: a run
 /// that goes on where another one was stopped makes the same files.
 class Animator {
@@ -58,6 +68,8 @@ public:
   Camera camera(int picture) const;
   /// Of a hologram as it is stored: turned as the SLM wants it.
   glm::ivec2 stored_size() const;
+  /// Holograms of a picture turned so.
+  void turn(std::vector<std::vector<std::uint8_t>>& levels) const;
   /// What holograms depend on, in 32 digits: scene, contents of its files, the plan over all
   /// pictures, device, version, storage.
   std::string run_name(FrameStorage storage) const;
@@ -69,6 +81,8 @@ public:
   /// throws    InputError when a file cannot be written, DeviceError for the device
   AnimateResult make_frames(FrameFiles& files, const Progress& progress,
                             std::optional<int> end = {}) const;
+
+  class Pictures;
 
 private:
   struct Laser {
@@ -87,7 +101,7 @@ private:
   /// Where the lasers have to show how bright a picture is.
   bool lasers_dim(const Laser& laser) const;
   /// Of all lasers.
-  Renderer renderer() const;
+  Renderer renderer(const Progress& progress) const;
   /// Moves a renderer to a picture, which `scene` describes.
   void show(const Scene& scene, int picture, Renderer& renderer) const;
   Scale brightest(Renderer& renderer) const;
@@ -108,5 +122,21 @@ private:
 ///
 /// world  of the scene, wherever its objects have moved
 std::string digest_of_contents(const Scene& scene, const World& world);
+
+/// Makes the pictures of an animation, in any order.
+class Animator::Pictures {
+public:
+  /// Renders the pictures that set the brightness of all.
+  ///
+  /// animator  that outlives it
+  /// progress  called at every step of a picture
+  explicit Pictures(const Animator& animator, const Progress& progress = {});
+  AnimatedPicture make(int picture);
+
+private:
+  const Animator& of_;
+  Renderer renderer_;
+  Scale scale_;
+};
 
 }  // namespace raywave

@@ -11,6 +11,7 @@
 #include "host/encode/pattern.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/quality.hpp"
+#include "host/evaluate/trade/trade.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/double_propagation.hpp"
@@ -116,8 +117,8 @@ Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
   const auto hologram = hologram_spec(pixels, size);
   const auto target = target_of(distance_m, options);
   const auto opened = open(options.on);
-  Propagator propagator(
-      opened.device, {size, hologram.pitch_m, hologram.wavelength_m, options.padding, opened.fft});
+  Propagator propagator(opened.device, {size, hologram.pitch_m, hologram.wavelength_m,
+                                        options.padding, opened.fft, distance_m});
   cl::ComplexBuffer source(opened.device, stack.samples, "field");
   cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
                             "field");
@@ -143,8 +144,9 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
   const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
   for (int frame = 0; frame < field.frames; ++frame) {
     const auto* first = field.samples + frame * plane;
-    const auto arrived = in_double::shifted_angular_spectrum({first, first + plane}, setup,
-                                                             padded_size(size, options.padding));
+    const auto arrived = in_double::shifted_angular_spectrum(
+        {first, first + plane}, setup,
+        padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m));
     result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
   }
   return result;
@@ -255,12 +257,20 @@ PictureComparison compare(const PictureView& a, const PictureView& b,
   return as_comparison(c, false);
 }
 
+namespace {
+
+void require_depths(const std::vector<double>& depths_m) {
+  for (const double z_m : depths_m)
+    if (!std::isfinite(z_m) || z_m == 0)
+      throw InputError("depths: must be finite and not 0, got " + number_text(z_m));
+}
+
+}  // namespace
+
 std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& options) {
   if (!hologram.field().samples)
     throw InputError("hologram: has no field, with which it was rendered (keep_field), to judge");
-  for (const double z_m : options.depths_m)
-    if (!std::isfinite(z_m) || z_m == 0)
-      throw InputError("depths: must be finite and not 0, got " + number_text(z_m));
+  require_depths(options.depths_m);
   if (options.border_px < 0)
     throw InputError("border: must be 0 or more, got " + std::to_string(options.border_px));
   if (options.blur_m && !(*options.blur_m >= 0 && std::isfinite(*options.blur_m)))
@@ -289,6 +299,48 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
                     as_picture(row.lens), as_picture(row.hologram)});
   }
   return rows;
+}
+
+Trade trade(const Scene& scene, const TradeOptions& options) {
+  require_depths(options.depths_m);
+  if (options.presets && options.exhaustive)
+    throw InputError("presets and exhaustive: at most 1 of them can be given");
+  const auto within = [](const char* name, int value, int least, int most) {
+    if (value < least || value > most)
+      throw InputError(std::string(name) + ": must be " + std::to_string(least) + " to " +
+                       std::to_string(most) + ", got " + std::to_string(value));
+  };
+  within("renders", options.renders, 0, 1000);
+  within("lens_points", options.lens_points, 1, 4096);
+  within("border", options.border_px, 0, 1 << 20);
+  const auto opened = open(options.on);
+  TradeSpec spec;
+  spec.quick = options.quick;
+  spec.presets = options.presets;
+  spec.exhaustive = options.exhaustive;
+  spec.renders = options.renders;
+  auto& pictures = spec.pictures;
+  pictures.depths_m = options.depths_m;
+  if (options.window_m) pictures.window = PictureWindow::around_axis(vector_of(*options.window_m));
+  pictures.views = options.views;
+  pictures.lens_points = options.lens_points;
+  pictures.border_px = options.border_px;
+  const auto& scenes = scene.state().scenes;
+  pictures.against_points = options.against_points.value_or(has_few_pixels(scenes[0]));
+  if (!options.on.fft.empty()) spec.fft = opened.fft;
+  TradeBench bench(opened.device, scenes, scene.state().world(), spec);
+  const auto progress = progress_of(options.progress);
+  Sheet sheet;
+  if (options.folder.empty()) {
+    bench.measure([] {}, progress);
+    sheet = bench.sheet(progress);
+  } else {
+    sheet = measure_in(
+        bench, options.folder, [](const std::string&) {}, progress);
+  }
+  const auto& made = bench.trade();
+  return {trade_text(made), trade_json(made), trade_csv(made),
+          sheet.width,      sheet.height,     std::move(sheet.rgb)};
 }
 
 }  // namespace raywave::v0

@@ -2,20 +2,25 @@
 #include "host/render.hpp"
 
 #include <algorithm>
+#include <array>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "cl/device.hpp"
+#include "host/animate/animate.hpp"
 #include "host/api/state.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/forecast/first_call.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
+#include "host/scene/image.hpp"
 
 namespace raywave::v0 {
 namespace {
@@ -46,9 +51,9 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
   auto scenes = scene.scenes;
   if (const auto goal = goal_of(options.goal); goal.any()) {
     if (method_of(options) != Method::wrp)
-      throw InputError("preset, budget and psnr plan method \"wrp\" alone");
+      throw InputError("preset, budget, psnr and rate plan method \"wrp\" alone");
     if (scene.is_planned)
-      throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
+      throw InputError("preset, budget, psnr and rate: the scene of a plan has its values chosen");
     if (const auto progress = progress_of(options.progress)) progress("plan", 0);
     plans = plan_scenes(scenes, world, figures_of(device), goal);
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = plans[i].scene;
@@ -170,7 +175,7 @@ Scene Plan::scene() const { return state_->scene; }
 Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   const auto wanted = goal_of(goal);
   if (wanted.any() && scene.state().is_planned)
-    throw InputError("preset, budget and psnr: the scene of a plan has its values chosen");
+    throw InputError("preset, budget, psnr and rate: the scene of a plan has its values chosen");
   DeviceFigures figures;
   if (!device.empty() || !cl::list_devices().empty()) figures = figures_of(device_info(device));
   const auto world = scene.state().world();
@@ -178,7 +183,10 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   std::vector<raywave::Scene> scenes;
   for (const auto& laser : planned) scenes.push_back(laser.scene);
   auto text = plan_report_text(planned, world), json = text_of(plan_report_json(planned, world));
-  auto warnings = planned[0].warnings;
+  std::vector<std::pair<double, std::vector<std::string>>> by_laser;
+  for (const auto& laser : planned)
+    by_laser.emplace_back(laser.plan.hologram.wavelength_m, laser.warnings);
+  auto warnings = lines_of_lasers(by_laser);
   if (auto warning = colour_warning(scenes, world); !warning.empty())
     warnings.push_back(std::move(warning));
   return Plan(std::make_shared<Plan::State>(Plan::State{std::move(planned), std::move(text),
@@ -238,6 +246,31 @@ Levels Hologram::for_slm(int frame) const {
   LevelPicture picture{plan.hologram.size, {all.begin(), all.end()}};
   picture = raywave::for_slm(std::move(picture), plan.slm);
   return {picture.size_px.x, picture.size_px.y, 1, 8, std::move(picture.levels), {}};
+}
+
+void Hologram::save(const std::filesystem::path& file, int frame, bool rgb) const {
+  if (extension_of(file) != ".png")
+    throw InputError("path must end with .png, the format written, got " +
+                     in_quotes(file.string()));
+  if (rgb && lasers() != 3)
+    throw InputError("rgb: packs the holograms of three lasers, and this has " +
+                     std::to_string(lasers()));
+  const auto wavelengths = wavelengths_m();
+  std::array<LevelPicture, 3> pictures;
+  for (std::size_t i = 0; i < lasers_; ++i) {
+    auto sent = laser(static_cast<int>(i)).for_slm(frame);
+    if (rgb) {
+      pictures[i] = {{sent.nx, sent.ny}, std::move(sent.bytes)};
+      continue;
+    }
+    auto name = file;
+    name.replace_filename(file.stem().string() + laser_suffix(wavelengths[i], lasers_) +
+                          file.extension().string());
+    save_picture(name, sent.nx, sent.ny, std::span<const std::uint8_t>(sent.bytes));
+  }
+  if (rgb)
+    save_picture(file, pictures[0].size_px.x, pictures[0].size_px.y,
+                 packed_rgb(pictures, {wavelengths[0], wavelengths[1], wavelengths[2]}));
 }
 
 namespace {
@@ -320,9 +353,49 @@ Hologram render(const Scene& scene, const RenderOptions& options) {
   const auto goal = goal_of(options.goal);
   const auto judged = goal.psnr_db ? world : World();
   auto rendered = raywave::render(opened.device, scenes, std::move(world), how);
+  for (const auto& laser : rendered.lasers)
+    remember_kernels(laser.plan, figures_of(opened.device.info()), laser.seconds,
+                     laser.processor_seconds);
   const auto check = check_goal(opened.device, goal, plans, judged, rendered, how);
   return hologram_of(chosen(scene.state(), scenes), std::move(rendered), opened, check);
 }
+
+struct Animation::State {
+  State(const Scene& scene, const RenderOptions& options)
+      : opened(open(options.on)), rate_per_s(checked(scene.state()).animation->rate_per_s) {
+    auto how = options_of(options, opened);
+    if (how.progress) how.progress("plan of all pictures", 0);
+    std::vector<Planned> plans;
+    const auto scenes =
+        planned(scene.state(), scene.state().world(), options, opened.device.info(), how, plans);
+    animator.emplace(opened.device, scenes, opened.fft);
+    notes = animator->notes(how.planned);
+    progress = how.progress;
+  }
+
+  static const raywave::Scene& checked(const Scene::State& state) {
+    const auto& scene = state.scene();
+    if (!scene.animation)
+      throw InputError(
+          "scene: nothing moves: add [animation] with frames = 240 and [[animation.track]], or use "
+          "render");
+    for (std::size_t i = 0; i < state.meshes.size(); ++i)
+      if (state.meshes[i])
+        throw InputError("object " + std::to_string(i) +
+                         ": an animation reads meshes from files, and this lies in memory: save "
+                         "it, or use a Renderer");
+    return scene;
+  }
+
+  std::recursive_mutex mutex;
+  bool is_busy = false;
+  Opened opened;
+  double rate_per_s;
+  std::optional<Animator> animator;
+  std::vector<std::string> notes;
+  raywave::Progress progress;
+  std::optional<Animator::Pictures> pictures;  // from the first that is asked for
+};
 
 struct Renderer::State {
   State(const Scene& scene, const RenderOptions& options)
@@ -376,6 +449,48 @@ private:
 };
 
 }  // namespace
+
+Animation::Animation(const Scene& scene, const RenderOptions& options)
+    : state_(std::make_unique<State>(scene, options)) {}
+Animation::~Animation() = default;
+Animation::Animation(Animation&&) noexcept = default;
+Animation& Animation::operator=(Animation&&) noexcept = default;
+
+int Animation::pictures() const { return state_->animator->schedule().pictures(); }
+double Animation::rate_per_s() const { return state_->rate_per_s; }
+double Animation::slm_rate_per_s() const { return state_->animator->schedule().slm_rate_per_s(); }
+std::vector<std::string> Animation::notes() const { return state_->notes; }
+
+std::vector<double> Animation::wavelengths_m() const {
+  std::vector<double> all;
+  for (std::size_t i = 0; i < state_->animator->lasers(); ++i)
+    all.push_back(state_->animator->plan(i).hologram.wavelength_m);
+  return all;
+}
+
+AnimationPicture Animation::render(int picture) {
+  const Turn turn(state_->mutex, state_->is_busy);
+  if (picture < 0 || picture >= pictures())
+    throw InputError("picture " + std::to_string(picture) + ": there are " +
+                     std::to_string(pictures()) + ", counted from 0");
+  const auto& animator = *state_->animator;
+  if (!state_->pictures) state_->pictures.emplace(animator, state_->progress);
+  auto made = state_->pictures->make(picture);
+  animator.turn(made.levels);
+  AnimationPicture result;
+  result.time_s = picture / rate_per_s();
+  const auto size = animator.stored_size();
+  result.levels = {size.x, size.y, static_cast<int>(made.levels.size()), 8, {}, {}};
+  const auto lasers = animator.lasers();
+  result.holograms = static_cast<int>(made.levels.size() / lasers);
+  for (std::size_t laser = 0; laser < lasers; ++laser)
+    for (auto at = laser; at < made.levels.size(); at += lasers)
+      result.levels.bytes.insert(result.levels.bytes.end(), made.levels[at].begin(),
+                                 made.levels[at].end());
+  result.powers = std::move(made.powers);
+  result.notes = std::move(made.notes);
+  return result;
+}
 
 Renderer::Renderer(const Scene& scene, const RenderOptions& options)
     : state_(std::make_unique<State>(scene, options)) {}

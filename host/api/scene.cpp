@@ -279,6 +279,10 @@ Slm::Slm(const Scene& scene) {
 
 Slm::Slm(std::shared_ptr<const State> state) : state_(std::move(state)) {}
 
+std::vector<std::string> Slm::notes(double wavelength_m) const {
+  return state_->specs.empty() ? state_->at(wavelength_m).notes : std::vector<std::string>();
+}
+
 namespace {
 
 /// Checks all but what depends on the wavelength.

@@ -85,8 +85,6 @@ Opened open(const DeviceOptions& on) {
 }
 
 raywave::Goal goal_of(const Goal& goal) {
-  if (!goal.preset.empty() + goal.budget_s.has_value() + goal.psnr_db.has_value() > 1)
-    throw InputError("preset, budget and psnr: at most 1 of them can be given");
   raywave::Goal result;
   if (!goal.preset.empty()) result.preset = preset_of(goal.preset);
   if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
@@ -94,7 +92,13 @@ raywave::Goal goal_of(const Goal& goal) {
   if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))
     throw InputError("psnr: must be 0 to 200 dB, got " + number_text(*goal.psnr_db));
   result.budget_s = goal.budget_s;
+  if (goal.rate_per_s && !(*goal.rate_per_s >= 0.001 && *goal.rate_per_s <= 1e6))
+    throw InputError("rate: must be 0.001 to 1e+06 pictures a second, got " +
+                     number_text(*goal.rate_per_s));
   result.psnr_db = goal.psnr_db;
+  result.rate_per_s = goal.rate_per_s;
+  if (result.count() > 1)
+    throw InputError("preset, budget, psnr and rate: at most 1 of them can be given");
   return result;
 }
 

@@ -164,11 +164,16 @@ void GoalOptions::add_to(CLI::App& command) {
       ->type_name("DB")
       ->check(CLI::Range(0.0, 200.0))
       ->group(group::plan);
+  command
+      .add_option("--rate", rate_per_s,
+                  "The most accurate plan of which this device makes, and slm.rate shows, so many "
+                  "pictures a second")
+      ->type_name("PER_SECOND")
+      ->check(CLI::Range(0.001, 1e6))
+      ->group(group::plan);
 }
 
 Goal GoalOptions::goal() const {
-  if (!preset.empty() + !budget.empty() + psnr_db.has_value() > 1)
-    throw InputError("--preset, --budget and --psnr: at most 1 of them can be given");
   Goal goal;
   if (!preset.empty()) goal.preset = preset_of(preset);
   if (!budget.empty()) goal.budget_s = given_duration_s(budget, "--budget");
@@ -177,6 +182,11 @@ Goal GoalOptions::goal() const {
     if (std::isnan(*psnr_db)) throw InputError("--psnr must be 0 to 200, got \"nan\"");
     goal.psnr_db = *psnr_db;
   }
+  if (rate_per_s && std::isnan(*rate_per_s))
+    throw InputError("--rate must be 0.001 to 1e+06, got \"nan\"");
+  goal.rate_per_s = rate_per_s;
+  if (goal.count() > 1)
+    throw InputError("--preset, --budget, --psnr and --rate: at most 1 of them can be given");
   return goal;
 }
 

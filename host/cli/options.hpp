@@ -76,10 +76,10 @@ struct DeviceOptions {
   cl::FftBackend backend(const cl::DeviceInfo& device) const;
 };
 
-/// --preset, --budget and --psnr: what the planner aims at.
+/// --preset, --budget, --psnr and --rate: what the planner aims at.
 struct GoalOptions {
   std::string preset, budget;
-  std::optional<double> psnr_db;
+  std::optional<double> psnr_db, rate_per_s;
 
   void add_to(CLI::App& command);
   void add_preset_to(CLI::App& command);

@@ -115,7 +115,7 @@ GoalCheck goal_of(const FinishedRender& finished, const Goal& given, const std::
   if (finished.report.contains("goal")) check = goal_of_json(finished.report.at("goal"));
   if (given.preset && given.preset != check.goal.preset)
     throw InputError(one_line(file) + ": was not rendered with --preset " + name_of(*given.preset) +
-                     "; a finished hologram is held to --psnr or --budget, "
+                     "; a finished hologram is held to --psnr, --budget or --rate, "
                      "or to the goal that it was rendered for");
   if (given.any()) check.goal = given;
   check.picture_s = picture_s(finished.rendered);
@@ -184,7 +184,7 @@ void run_quality(const QualityArguments& options) {
   how.method = options.method.method();
   how.rays_per_axis = options.method.rays_per_axis;
   if (options.goal.goal().any() && how.method != Method::wrp)
-    throw InputError("--preset, --budget and --psnr plan --method wrp alone");
+    throw InputError("--preset, --budget, --psnr and --rate plan --method wrp alone");
   GoalCheck check;
   QualityResult result;
   {

@@ -234,12 +234,21 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     if (!options.table) continue;
 
     std::vector<double> depths_m;
+    std::vector<std::pair<KeyRole, KeyPlace>> unseen;
     for (std::size_t k = 0; k < task.refined.keys.size(); ++k) {
-      if (task.refined.places[k].aperture != glm::dvec2(1, 1)) continue;
-      depths_m.push_back(task.refined.places[k].z_m);
-      task.judged.push_back({KeyRole::optimised, task.refined.keys[k]});
+      const auto& key = task.refined.keys[k];
+      if (key.samples) {  // the whole hologram at the depths of its parts
+        if (std::find(depths_m.begin(), depths_m.end(), key.z_m) != depths_m.end()) continue;
+        unseen.push_back({KeyRole::optimised, {key.z_m}});
+      } else if (key.aperture == glm::dvec2(1, 1)) {
+        task.judged.push_back({KeyRole::optimised, key});
+      } else {
+        continue;
+      }
+      depths_m.push_back(key.z_m);
     }
-    const auto unseen = unseen_places(depths_m, plan.extent.near_m);
+    std::sort(depths_m.begin(), depths_m.end());
+    for (const auto& place : unseen_places(depths_m, plan.extent.near_m)) unseen.push_back(place);
     if (arrays)
       arrays->show(plan);
     else

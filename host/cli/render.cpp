@@ -24,9 +24,11 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
 #include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/first_call.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
@@ -75,25 +77,20 @@ std::string time_text(const std::map<std::string, double>& seconds) {
   return number(total) + (parts.empty() ? "" : " (" + parts + ")");
 }
 
-/// One picture of all lasers: the longest wavelength is red, the shortest blue.
+/// One picture of all lasers.
 std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
                      const Rendered& result) {
-  std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(), [&](std::size_t a, std::size_t b) {
-    return result.lasers[a].plan.hologram.wavelength_m >
-           result.lasers[b].plan.hologram.wavelength_m;
-  });
   std::array<LevelPicture, 3> pictures;
+  std::array<double, 3> wavelengths_m{};
   for (std::size_t i = 0; i < 3; ++i) {
-    const auto& laser = result.lasers[order[i]];
+    const auto& laser = result.lasers[i];
+    wavelengths_m[i] = laser.plan.hologram.wavelength_m;
     pictures[i] =
         for_slm(LevelPicture{laser.plan.hologram.size, laser.levels[frame]}, laser.plan.slm);
   }
-  std::vector<std::uint8_t> pixels;
-  for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
-    for (const auto& picture : pictures) pixels.push_back(picture.levels[at]);
   const auto name = "hologram_rgb" + (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png";
-  save_picture(folder / name, pictures[0].size_px.x, pictures[0].size_px.y, pixels);
+  save_picture(folder / name, pictures[0].size_px.x, pictures[0].size_px.y,
+               packed_rgb(pictures, wavelengths_m));
   return name;
 }
 
@@ -144,6 +141,8 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
   result.lasers[0].processor_seconds["meshes"] += processor_s;
   if (!warning.empty())
     for (auto& laser : result.lasers) laser.notes.push_back(warning);
+  for (const auto& laser : result.lasers)
+    remember_kernels(laser.plan, figures_of(device.info()), laser.seconds, laser.processor_seconds);
   check = check_goal(device, goal, planned, judged, result, how);
   return result;
 }
@@ -160,7 +159,7 @@ void run_render(const RenderArguments& options) {
   how.fft = options.device.backend(device.info());
   how.method = options.method.method();
   if (options.goal.goal().any() && how.method != Method::wrp)
-    throw InputError("--preset, --budget and --psnr plan --method wrp alone");
+    throw InputError("--preset, --budget, --psnr and --rate plan --method wrp alone");
   how.rays_per_axis = options.method.rays_per_axis;
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;

@@ -4,8 +4,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
-#include <iterator>
 #include <memory>
 #include <optional>
 
@@ -13,14 +11,9 @@
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
-#include "host/common/output.hpp"
-#include "host/scene/image.hpp"
 
 namespace raywave::cli {
 namespace {
-
-/// Holograms up to this size are compared with the sum of all points unasked.
-constexpr double few_pixels = 512.0 * 512;
 
 struct TradeArguments {
   SceneOptions scene;
@@ -38,16 +31,9 @@ TradeSpec spec_of(const TradeArguments& options, const Scene& scene, const cl::D
   pictures.depths_m = options.depths.depths_m();
   if (const auto size_m = options.depths.window_m())
     pictures.window = PictureWindow::around_axis(*size_m);
-  const auto size = scene.hologram.resolution;
-  pictures.against_points =
-      options.against_points.value_or(static_cast<double>(size.x) * size.y <= few_pixels);
+  pictures.against_points = options.against_points.value_or(has_few_pixels(scene));
   if (!options.device.fft.empty()) spec.fft = options.device.backend(device);
   return spec;
-}
-
-std::string text_of(const std::filesystem::path& file) {
-  std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
 }
 
 void run_trade(const TradeArguments& options) {
@@ -56,24 +42,12 @@ void run_trade(const TradeArguments& options) {
   TradeBench bench(device, scenes, spec_of(options, scenes[0], device.info()));
 
   const std::filesystem::path out(options.out);
-  const auto file = out / "trade.json";
-  if (std::filesystem::exists(file)) {
-    const auto known = bench.resume(text_of(file));
-    options.report.note(
-        file.string() +
-        (known ? ": " + std::to_string(*known) + " rows taken over"
-               : ": of another scene, device, version or way of looking; starting anew"));
-  }
-  Sheet sheet;
   {
     ProgressBar bar(options.report.quiet);
-    const auto progress = [&](const std::string& what, double share) { bar.show(what, share); };
-    bench.measure([&] { write_text(file, trade_json(bench.trade())); }, progress);
-    sheet = bench.sheet(progress);
+    measure_in(
+        bench, out, [&](const std::string& line) { options.report.note(line); },
+        [&](const std::string& what, double share) { bar.show(what, share); });
   }
-  write_text(file, trade_json(bench.trade()));
-  write_text(out / "trade.csv", trade_csv(bench.trade()));
-  save_picture(out / "trade.png", sheet.width, sheet.height, sheet.rgb);
   options.report.write(trade_json(bench.trade()));
   if (!options.report.prints_text()) return;
   std::fputs(trade_text(bench.trade()).c_str(), stdout);

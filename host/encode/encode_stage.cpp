@@ -14,6 +14,10 @@ std::size_t pixels_of(const Plan& plan) {
          static_cast<std::size_t>(plan.hologram.size.y);
 }
 
+/// True where fields wait on the host until the hologram is whole; refined phases are encoded frame
+/// by frame.
+bool encodes_at_end(const Plan& plan) { return encodes_whole(plan) && !plan.refine; }
+
 }  // namespace
 
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan) {
@@ -47,47 +51,66 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip) {
   const auto frames = static_cast<std::size_t>(plan.hologram.frames);
   levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
   field = {};
-  if (keep_field_ || encodes_whole(plan))
+  needs_field_ = keep_field_ || encodes_at_end(plan);
+  if (needs_field_)
     field = {plan.hologram.size.x, plan.hologram.size.y, plan.hologram.frames,
              std::vector<std::complex<float>>(frames * pixels_of(plan))};
 }
 
 template <class T>
-cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, std::size_t tile,
+cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, const PixelWindow& window,
                                     std::span<T> hologram) const {
-  const auto first = plan_->tiling.tiles[tile].first;
   const auto width = static_cast<std::size_t>(plan_->hologram.size.x);
-  const auto at = static_cast<std::size_t>(first.y) * width + static_cast<std::size_t>(first.x);
-  return from.start_reading_rows(hologram.data() + at,
-                                 static_cast<std::size_t>(plan_->tiling.tile_size.x), width);
+  const auto at = static_cast<std::size_t>(window.first.y) * width +
+                  static_cast<std::size_t>(window.first.x);
+  return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(window.size.x),
+                                 width);
+}
+
+void EncodeStage::encode_window(const TileField& of_window, const PixelWindow& window,
+                                std::size_t frame) {
+  const StageClock clock(times_, "encode");
+  const auto buffer = encoded_++ % copies_.size();
+  copies_[buffer].wait();
+  const double clip = encoder_->clip_of(of_window);
+  has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
+  copies_[buffer] = start_reading(encoder_->levels_of(of_window, window, clip, buffer), window,
+                                  std::span(levels[frame]));
+  device_.finish();
 }
 
 void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
-  const auto number = static_cast<std::size_t>(frame);
-  const bool whole = encodes_whole(*plan_);
-  if (!whole) {
-    const StageClock clock(times_, "encode");
-    const auto buffer = encoded_++ % copies_.size();
-    copies_[buffer].wait();
-    const double clip = encoder_->clip_of(at_hologram);
-    has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
-    const PixelWindow window{plan_->tiling.tiles[tile].first, plan_->tiling.tile_size};
-    copies_[buffer] = start_reading(encoder_->levels_of(at_hologram, window, clip, buffer), tile,
-                                    std::span(levels[number]));
-    device_.finish();
-  }
-  if (!keep_field_ && !whole) return;
+  if (!encodes_whole(*plan_))
+    encode_window(at_hologram, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
+                  static_cast<std::size_t>(frame));
+  keep(at_hologram, tile, frame);
+}
+
+void EncodeStage::keep(const TileField& at_hologram, std::size_t tile, int frame) {
+  if (!needs_field_) return;
   const auto pixels = pixels_of(*plan_);
-  start_reading(*at_hologram.samples, tile,
-                std::span(field.samples).subspan(number * pixels, pixels))
+  start_reading(
+      *at_hologram.samples, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
+      std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
       .wait();
 }
 
-void EncodeStage::finish(double radiance_unit, const FieldStack* refined) {
+void EncodeStage::run_whole(const cl::ComplexBuffer& hologram, int frame) {
+  const auto number = static_cast<std::size_t>(frame);
+  if (plan_->slm.band == glm::dvec2(1))
+    return encode_window(hologram, {{0, 0}, plan_->hologram.size}, number);
+  const StageClock clock(times_, "encode");
+  levels[number] = std::move(
+      encode(device_, *encoder_,
+             {plan_->hologram.size.x, plan_->hologram.size.y, 1, hologram.read()})
+          .front());
+}
+
+void EncodeStage::finish(double radiance_unit) {
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
-    if (encodes_whole(*plan_)) levels = encode(device_, *encoder_, refined ? *refined : field);
+    if (encodes_at_end(*plan_)) levels = encode(device_, *encoder_, field);
   }
   is_dark_ = looks_dark();
   if (keep_field_)
@@ -97,7 +120,7 @@ void EncodeStage::finish(double radiance_unit, const FieldStack* refined) {
 }
 
 bool EncodeStage::looks_dark() const {
-  if (keep_field_ || encodes_whole(*plan_))
+  if (needs_field_)
     return std::all_of(field.samples.begin(), field.samples.end(),
                        [](const auto& sample) { return sample == std::complex<float>(); });
   if (encoder_->needs_clip()) return !has_light_;

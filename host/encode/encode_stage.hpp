@@ -41,11 +41,13 @@ public:
   ///
   /// field  a transform only where `encodes_transforms` says so
   void run(const TileField& field, std::size_t tile, int frame);
+  /// Keeps the field of a tile of a frame where it is asked for, and encodes nothing.
+  void keep(const TileField& field, std::size_t tile, int frame);
+  /// Encodes a frame of the whole hologram, rows without gaps.
+  void run_whole(const cl::ComplexBuffer& hologram, int frame);
 
   /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
-  ///
-  /// refined  encoded instead of the fields that `run` was given, unless null
-  void finish(double radiance_unit, const FieldStack* refined);
+  void finish(double radiance_unit);
   /// True when the picture that was completed shows nothing. Where no field is kept, an SLM with
   /// flatness or a carrier hides it.
   bool is_dark() const { return is_dark_; }
@@ -59,13 +61,17 @@ public:
 
 private:
   bool looks_dark() const;
-  /// Begins to copy the pixels of a tile to their places in the hologram.
+  /// Encodes a window of a frame and begins to copy it.
+  void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
+  /// Begins to copy the pixels of a window to their places in the hologram.
   template <class T>
-  cl::Copy start_reading(const cl::Buffer<T>& from, std::size_t tile, std::span<T> hologram) const;
+  cl::Copy start_reading(const cl::Buffer<T>& from, const PixelWindow& window,
+                         std::span<T> hologram) const;
 
   cl::Device device_;
   bool keep_field_;
   bool is_dark_ = false, has_light_ = false;
+  bool needs_field_ = false;  // kept, or encoded when it is whole
   StageTimes& times_;
   const Plan* plan_ = nullptr;
   std::shared_ptr<const Panel> panel_;

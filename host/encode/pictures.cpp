@@ -159,6 +159,17 @@ const char* name_of(PictureFormat format) {
   return formats[static_cast<std::size_t>(format)].first;
 }
 
+std::vector<std::uint8_t> packed_rgb(const std::array<LevelPicture, 3>& pictures,
+                                     const std::array<double, 3>& wavelengths_m) {
+  std::array<std::size_t, 3> order{0, 1, 2};
+  std::sort(order.begin(), order.end(),
+            [&](std::size_t a, std::size_t b) { return wavelengths_m[a] > wavelengths_m[b]; });
+  std::vector<std::uint8_t> pixels;
+  for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
+    for (const auto laser : order) pixels.push_back(pictures[laser].levels[at]);
+  return pixels;
+}
+
 template <class Level>
 std::vector<std::string> save_pictures(const std::filesystem::path& folder, const std::string& stem,
                                        PictureFormat format, const Panel& panel,

@@ -2,6 +2,7 @@
 /// The files that SLMs are sent, in the formats that their drivers read.
 #pragma once
 
+#include <array>
 #include <complex>
 #include <filesystem>
 #include <span>
@@ -50,6 +51,11 @@ constexpr bool is_read_again(PictureFormat format) {
 /// throws  InputError when it cannot be written, or raywave was built without libmatio
 void save_mat(const std::filesystem::path& file, int nx, int ny,
               std::span<const std::complex<float>> field);
+
+/// The pictures of three lasers as one, whose channel of the longest wavelength is red, of the
+/// shortest blue.
+std::vector<std::uint8_t> packed_rgb(const std::array<LevelPicture, 3>& pictures,
+                                     const std::array<double, 3>& wavelengths_m);
 
 /// Writes the frames as STEM.png, STEM_2.png ..., turned and flipped as the SLM wants them; the
 /// field of `exr` and `mat` is not, as other programs encode it themselves.

@@ -32,15 +32,15 @@ std::optional<double> GoalCheck::wanted_db() const {
 }
 
 bool GoalCheck::is_kept() const {
-  if (goal.budget_s) return picture_s <= *goal.budget_s;
+  if (const auto time_s = goal.time_s()) return picture_s <= *time_s;
   return !measured_db || !wanted_db() || *measured_db >= *wanted_db() - tolerance_db;
 }
 
 std::string GoalCheck::text() const {
   std::string text;
-  if (goal.budget_s)
-    text = "a picture took " + duration_text(picture_s) + ", where " +
-           duration_text(*goal.budget_s) + " were asked for";
+  if (const auto time_s = goal.time_s())
+    text = "a picture took " + duration_text(picture_s) + ", where " + duration_text(*time_s) +
+           " were asked for";
   if (!measured_db) return text;
   text += format("%sPSNR %.1f dB measured in %s at %s", text.empty() ? "" : "; ", *measured_db,
                  window.text().c_str(), length_text(std::round(resolution_m * 1e7) / 1e7).c_str());
@@ -120,9 +120,10 @@ Json json_of(const GoalCheck& check) {
   if (goal.psnr_db) json["asked_psnr_db"] = *goal.psnr_db;
   if (goal.preset) json["preset"] = name_of(*goal.preset);
   if (goal.budget_s) json["budget_s"] = *goal.budget_s;
+  if (goal.rate_per_s) json["rate_per_s"] = *goal.rate_per_s;
   if (check.predicted_db) json["predicted_psnr_db"] = *check.predicted_db;
   if (check.measured_db) json["measured_psnr_db"] = *check.measured_db;
-  if (check.measured_db || goal.budget_s) json["kept"] = check.is_kept();
+  if (check.measured_db || goal.time_s()) json["kept"] = check.is_kept();
   json.update({{"window_m", json_of(check.window)},
                {"resolution_m", check.resolution_m},
                {"seconds", check.seconds},
@@ -137,6 +138,7 @@ GoalCheck goal_of_json(const Json& json) {
   };
   take("asked_psnr_db", check.goal.psnr_db);
   take("budget_s", check.goal.budget_s);
+  take("rate_per_s", check.goal.rate_per_s);
   take("predicted_psnr_db", check.predicted_db);
   if (json.contains("preset")) check.goal.preset = preset_of(json.at("preset").get<std::string>());
   const auto& window = json.at("window_m");

@@ -52,11 +52,13 @@ void add_found_text(const FoundMaterials& found, Rows& out) {
   for (const auto& note : found.notes) out << "          " << one_line(note) << "\n";
 }
 
-void add_hologram(const Plan& plan, const SlmLight& light, Rows& out) {
+/// is_one  of one wavelength, which is named
+void add_hologram(const Plan& plan, const SlmLight& light, bool is_one, Rows& out) {
   const glm::dvec2 window = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m;
   out << "hologram  " << plan.hologram.size.x << " x " << plan.hologram.size.y << " pixels, "
-      << mm(window.x) << " x " << mm(window.y) << ", wavelength "
-      << plan.hologram.wavelength_m * 1e9 << " nm\n";
+      << mm(window.x) << " x " << mm(window.y);
+  if (is_one) out << ", wavelength " << plan.hologram.wavelength_m * 1e9 << " nm";
+  out << "\n";
   out << "SLM       " << name_of(plan.slm.encoding) << ", ";
   if (plan.slm.stop)
     out << "its stop passes " << std::round(1000 * light.through_stop) / 10 << " % of the light, ";
@@ -243,9 +245,14 @@ void add_time(const Prediction& prediction, Rows& out) {
       << (prediction.rates_of == "default"
               ? "two processor cores; raywave tune measures this device"
               : prediction.rates_of)
-      << ")\n          the first picture also reads meshes and builds trees; kernels that the "
-         "device "
-         "has not compiled yet take seconds, once\n";
+      << ")\nfirst     the first picture takes "
+      << seconds(prediction.meshes_and_trees_s + prediction.kernels_s.value_or(0))
+      << " more for meshes, trees and kernels"
+      << (!prediction.kernels_s ? "; those that the device has not compiled yet take seconds, "
+                                  "once"
+          : *prediction.kernels_s > 0 ? ", which this device has not compiled yet"
+                                      : ", which this device has compiled before")
+      << "\n";
 }
 
 void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
@@ -271,9 +278,9 @@ void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
         << " is not predicted)\n";
 }
 
-void add_plan(const Planned& planned, const World& world, Rows& out) {
+void add_plan(const Planned& planned, const World& world, bool is_one, Rows& out) {
   const auto& [scene, plan, prediction, reasons, warnings] = planned;
-  add_hologram(plan, prediction.slm_light, out);
+  add_hologram(plan, prediction.slm_light, is_one, out);
   add_objects(scene, world, out);
   add_scene(scene, world, plan, out);
   add_illumination(scene, plan, out);
@@ -287,6 +294,19 @@ void add_plan(const Planned& planned, const World& world, Rows& out) {
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
   for (const auto& reason : reasons) out << "because   " << reason << "\n";
   for (const auto& warning : warnings) out << "warning   " << warning << "\n";
+}
+
+/// The rows of a plan, each with the lines that belong to it.
+std::vector<std::string> rows_of(const Planned& planned, const World& world) {
+  Rows out = text_stream();
+  add_plan(planned, world, false, out);
+  std::vector<std::string> rows;
+  std::istringstream in(out.str());
+  for (std::string line; std::getline(in, line);) {
+    if (rows.empty() || !line.starts_with(' ')) rows.emplace_back();
+    rows.back() += line + "\n";
+  }
+  return rows;
 }
 
 /// The head of the plans of several lasers: what each shows, and what all need.
@@ -338,6 +358,9 @@ Json json_of(const Prediction& prediction) {
            {"refine", t.refine_s},
            {"encode", t.encode_s},
            {"total", t.total_s()}}},
+         {"first_picture_seconds",
+          {{"meshes_and_trees", prediction.meshes_and_trees_s},
+           {"kernels", prediction.kernels_s ? Json(*prediction.kernels_s) : Json()}}},
          {"device", prediction.device},
          {"rates_of", prediction.rates_of},
          {"device_bytes", prediction.device_bytes},
@@ -406,10 +429,25 @@ Json json_of(const Planned& planned, const World& world) {
 
 std::string plan_report_text(const std::vector<Planned>& planned, const World& world) {
   Rows out = text_stream();
-  if (planned.size() > 1) add_lasers(planned, world, out);
-  for (const auto& plan : planned) {
-    if (planned.size() > 1) out << "\n--- " << length_text(plan.plan.hologram.wavelength_m) << "\n";
-    add_plan(plan, world, out);
+  if (planned.size() == 1) {
+    add_plan(planned[0], world, true, out);
+    return out.str();
+  }
+  add_lasers(planned, world, out);
+  std::vector<std::vector<std::string>> rows;
+  for (const auto& plan : planned) rows.push_back(rows_of(plan, world));
+  const auto is_common = [&](const std::string& row) {
+    return std::all_of(rows.begin(), rows.end(), [&](const auto& one) {
+      return std::find(one.begin(), one.end(), row) != one.end();
+    });
+  };
+  out << "\n--- all lasers\n";
+  for (const auto& row : rows[0])
+    if (is_common(row)) out << row;
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    out << "\n--- " << length_text(planned[i].plan.hologram.wavelength_m) << "\n";
+    for (const auto& row : rows[i])
+      if (!is_common(row)) out << row;
   }
   return out.str();
 }

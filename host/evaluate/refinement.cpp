@@ -3,9 +3,11 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
+#include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
@@ -75,6 +77,8 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
                                    std::span<const JudgedKey> keys, double blur_m, int border_px,
                                    double middle_m, const std::function<void(double)>& progress) {
   RefinementFigures figures;
+  figures.blur_m = blur_m;
+  figures.border_px = border_px;
   // Squares of a quarter of the blur lose nothing, and save most of the time.
   const int square_px = std::max(1, static_cast<int>(blur_m / hologram.pitch_m.x / 4));
   const double blur_px = blur_m / hologram.pitch_m.x / square_px;
@@ -93,6 +97,7 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
     spec.view = key.view;
     spec.aperture = key.aperture;
     const auto size = picture_size(spec.window_m, hologram.resolution, hologram.pitch_m);
+    figures.window_m = glm::max(figures.window_m, glm::dvec2(size) * hologram.pitch_m);
     const auto seen =
         averaged(refinement::blurred_picture(key, blur_m, size, hologram.pitch_m), square_px);
     const auto even = even_part(seen);
@@ -138,6 +143,9 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
   };
   if (!figures.rows.empty())
     text +=
+        "window " + PictureWindow::around_axis(figures.window_m).text() + ", blur " +
+        length_text(std::round(figures.blur_m * 1e7) / 1e7) + ", border " +
+        std::to_string(figures.border_px) + " px\n" +
         format("%-10s  %-28s%10s%10s%10s\n", "PSNR, dB", "depth", "field", "unrefined", "refined");
   for (const auto& row : figures.rows) {
     std::string where = length_text(row.z_m);
@@ -168,7 +176,12 @@ Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop
                             {"aperture", {row.aperture.x, row.aperture.y}},
                             {"psnr_db", json_of(row.psnr_db)}});
   }
-  if (!figures.rows.empty()) json["light"] = json_of(figures.light);
+  if (!figures.rows.empty()) {
+    json["window_m"] = {figures.window_m.x, figures.window_m.y};
+    json["blur_m"] = figures.blur_m;
+    json["border_px"] = figures.border_px;
+    json["light"] = json_of(figures.light);
+  }
   if (figures.contrast) json["speckle_contrast"] = json_of(*figures.contrast);
   json["iterations"] = loop.iterations;
   json["transforms_per_frame"] = loop.transforms;

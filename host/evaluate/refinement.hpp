@@ -40,6 +40,10 @@ struct RefinementRow {
 
 struct RefinementFigures {
   std::vector<RefinementRow> rows;
+  // That all rows are judged in, around the axis, and how: standard deviation, pixels left out
+  glm::dvec2 window_m{0, 0};
+  double blur_m = 0;
+  int border_px = 0;
   // Share of the hologram's light in the rectangle of the picture amid the scene, where that is
   // brighter than a hundredth of its peak
   Gain light;
@@ -53,7 +57,7 @@ struct JudgedKey {
   RefineKey key;
 };
 
-/// Reconstructs the holograms for every key, exactly (angular spectrum, padding 2), and compares
+/// Reconstructs the holograms for every key, exactly (angular spectrum), and compares
 /// them with its picture as `raywave quality` does.
 ///
 /// middle_m  depth amid the scene: light and contrast are taken at the whole picture nearest to it

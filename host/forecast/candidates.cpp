@@ -231,7 +231,22 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
       all.push_back(c);
     };
     if (!scene_.refine) {
+      c.iterations = 0;
       add_choice(1);
+      if (!serves_samples(plan) || shows_amplitude(scene_.slm.encoding)) continue;
+      auto paced = plan;
+      paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
+      for (const int iterations : paced_tried) {
+        paced.refine->iterations = iterations;
+        auto with = work;
+        add_refinement(paced, c.frames, 0, with);
+        c.iterations = iterations;
+        c.seconds = predict_times(with, device_.rates).total_s();
+        auto model = *layout.model;
+        model.paced = iterations;
+        c.psnr_db = predict_pictures(model, pattern, c.frames, error).mean_psnr_db;
+        all.push_back(c);
+      }
       continue;
     }
     const double once = work.refine_butterflies;

@@ -28,6 +28,10 @@ inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1
 /// Iterations tried where refine.iterations is open, in units of what the pictures need.
 inline constexpr std::array rounds_tried{1, 2, 4};
 
+/// Iterations tried at the pace of frames, towards pictures made of samples, where the scene says
+/// nothing of refinement.
+inline constexpr std::array paced_tried{2, 4, 8};
+
 /// A candidate: values for what the scene leaves open, and what is predicted of them.
 struct Choice {
   double pitch_m = 0, padding = 0;
@@ -35,7 +39,7 @@ struct Choice {
   int layers = 1;                                         // wrp.layers
   WrpPropagation propagation = WrpPropagation::spectrum;  // by virtual planes: no padding, no cone
   Cone cone{};                                            // sampling.cone and sampling.apodization
-  int iterations = 0;                                     // refine.iterations; 0: as the scene says
+  int iterations = 0;  // refine.iterations; 0: as the scene says
   double seconds = 0, psnr_db = 0;
 };
 

@@ -70,6 +70,9 @@ constexpr double levels_of_a_frame = 1.5e5;
 /// Padding of the refinement's planes, and passes over their pixels per iteration, in butterflies.
 constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
 
+/// The same towards pictures made of samples, the making of the pictures included.
+constexpr double butterflies_of_a_paced_pixel = 138;
+
 /// The same of pictures that are propagated exactly.
 constexpr double exact_padding = 2, exact_transforms = 2;
 
@@ -80,39 +83,6 @@ constexpr double lens_ray = 1.85;
 bool knows_breaks(const World& world, const Plan& plan) {
   return breaks_pay(plan.lattice, world.triangles.size()) &&
          ray_bias_m(world, plan) < most_bias_of_breaks * plan.lattice.step * plan.extent.near_m;
-}
-
-/// Adds what plan.refine costs.
-void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
-  const auto& settings = plan.refine.value();
-  const double blur_m = settings.blur_m.value();
-  const auto places = key_places(plan, blur_m, {settings.depths_m, settings.views});
-  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
-  const auto pixels = key_pixels(plan, window_m, blur_m);
-  for (const auto& place : places)
-    work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
-                      std::pow(key_lens_points(place, settings.lens_points), 2);
-  // Butterflies of a look at each picture, and of both ways of an iteration
-  const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
-  const auto looking = [&](double padding, double transforms) {
-    const double plane = padding * padding * area;
-    return plane * (transforms * std::log2(plane) + butterflies_of_a_refined_pixel / 2);
-  };
-  double draws = 0, all_looks = 0, drawn_looks = 0;
-  for (const auto& place : places) {
-    const auto open = place.aperture.x * place.aperture.y;
-    const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
-                                        plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
-                             .hold();
-    const double look =
-        fresnel ? open * looking(refine_padding, 1) : looking(exact_padding, exact_transforms);
-    all_looks += look;
-    drawn_looks += place.times * look;
-    draws += place.times;
-  }
-  const double iterations = settings.iterations.value_or(refine_iterations(places));
-  work.refine_butterflies =
-      frames * iterations * 2 * drawn_looks / draws + (frames - 1) * all_looks;
 }
 
 /// Pixels of all WRPs of a layer that the light of a sample crosses, along one axis.
@@ -139,6 +109,44 @@ int lights_of(const Lighting& lighting) {
 }
 
 }  // namespace
+
+void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work) {
+  const auto& settings = plan.refine.value();
+  const double blur_m = settings.blur_m.value();
+  const auto places = planned_places(plan);
+  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto pixels = key_pixels(plan, window_m, blur_m);
+  const bool of_samples = refines_samples(plan);
+  for (const auto& place : places)
+    if (!of_samples) work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
+                      std::pow(key_lens_points(place, settings.lens_points), 2);
+  // Butterflies of a look at each picture, and of both ways of an iteration
+  const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
+  const double of_pixel =
+      (of_samples ? butterflies_of_a_paced_pixel : butterflies_of_a_refined_pixel) / 2;
+  const auto looking = [&](double padding, double transforms) {
+    const double plane = padding * padding * area;
+    return plane * (transforms * std::log2(plane) + of_pixel);
+  };
+  double draws = 0, all_looks = 0, drawn_looks = 0;
+  for (const auto& place : places) {
+    const auto open = place.aperture.x * place.aperture.y;
+    const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
+                                        plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
+                             .hold();
+    const double look =
+        of_samples ? open * looking(1, 1)
+        : fresnel  ? open * looking(refine_padding, 1)
+                   : looking(exact_padding, exact_transforms);
+    all_looks += look;
+    drawn_looks += place.times * look;
+    draws += place.times;
+  }
+  const double iterations = planned_iterations(plan);
+  // An iteration takes a round: all of the hologram
+  const double each = of_samples ? looking(1, 1) : drawn_looks / draws;
+  work.refine_butterflies = frames * iterations * 2 * each + (frames - 1) * all_looks;
+}
 
 double count_butterflies(const Plan& plan, int frames) {
   if (const auto* planes = plan.virtual_planes()) {

@@ -87,6 +87,15 @@ struct DeviceFigures {
   MemoryLimits memory;  // without limits where nothing is known of it
   FftBackend fft = FftBackend::host;
   DeviceRates rates = default_rates();
+  std::string key;  // of platform, device and driver
+  bool is_processor = false;
+  bool keeps_kernels = false;  // whether its driver may have kernels of earlier programs
 };
+
+/// Adds what Plan::refine costs.
+///
+/// frames               of a picture
+/// levels_of_a_descent  of the tree, that a ray of a lens's picture goes down
+void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work);
 
 }  // namespace raywave

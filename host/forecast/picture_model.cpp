@@ -32,6 +32,9 @@ constexpr double background = 0.3;
 /// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
 /// frames (docs/planning.md).
 constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.4;
+/// What iterations n towards pictures made of samples leave of the error of phases: rest + first /
+/// n^2. Fitted to the teapot's levels at 1, 2, 3, 4, 6 and 12.
+constexpr double paced_rest = 0.06, paced_first = 0.42;
 constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
@@ -360,8 +363,10 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
-  if (const auto& refine = plan.refine) {
-    const auto places = key_places(plan, refine->blur_m.value(), {refine->depths_m, refine->views});
+  if (const auto& refine = plan.refine; refine && refines_samples(plan)) {
+    model.paced = planned_iterations(plan);
+  } else if (refine) {
+    const auto places = planned_places(plan);
     for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
     const double needed = refine_iterations(places);
     model.refined_rounds = refine->iterations.value_or(needed) / needed;
@@ -418,7 +423,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.window = model.window;
-  prediction.refined = model.refined_depths > 0;
+  prediction.refined = model.refined_depths > 0 || model.paced > 0;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
@@ -426,7 +431,10 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   // Light that wraps around the padded plane: its own, spread over the picture, and where it
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
-  const auto noise = noise_of(model.encoding, model.band_filled);
+  // What few iterations leave of the errors that phases alone and the samples' interference make
+  const double left = model.paced > 0 ? (paced_rest + paced_first / (1.0 * model.paced * model.paced)) : 1;
+  const auto noise =
+      noise_of(model.paced > 0 ? Encoding::phase : model.encoding, model.band_filled);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];
@@ -453,12 +461,13 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     prediction.field_psnr_db += decibels(field) / rows;
     // Refined phases have errors of their own: of light, where light is missing, at edges
     const double of_phases =
-        is_refined ? refined_factor * refined_light * row.light : encoding_here;
+        is_refined ? refined_factor * refined_light * row.light : left * encoding_here;
     const double missing_here =
         is_refined ? refined_factor * refined_missing * row.missing : row.missing;
     const double at_edges =
         is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
-    const double of_samples = is_refined ? 0 : dots_here + speckle_here + padding_here;
+    const double of_samples =
+        is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
     prediction.psnr_db.push_back(
         decibels(of_phases + missing_here + at_edges + of_samples + stop_here));
     prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
@@ -467,8 +476,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     prediction.edges += at_edges;
     prediction.missing += missing_here;
     if (is_refined) continue;
-    prediction.dots += dots_here;
-    prediction.speckle += speckle_here;
+    prediction.dots += left * dots_here;
+    prediction.speckle += left * speckle_here;
     prediction.padding += padding_here;
   }
   const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +

@@ -45,6 +45,7 @@ struct PictureModel {
   double band_filled = 0;     // share of the SLM's band that the scene needs, mean of the axes
   double stopped = 0;         // share of the light that slm.stop cuts off
   int refined_depths = 0;     // whole pictures that phases are refined towards; 0: they are not
+  int paced = 0;              // iterations towards pictures made of samples; 0: there are none
   double refined_rounds = 1;  // iterations, over refine_iterations of these pictures
   PictureWindow window;
   std::vector<PictureRow> rows;

@@ -4,15 +4,21 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
+#include <variant>
 
 #include "host/carriers/planning/facts.hpp"
+#include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/forecast/first_call.hpp"
+#include "host/forecast/panel_rate.hpp"
 #include "host/forecast/warnings.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
@@ -47,25 +53,36 @@ const Choice& most_accurate_within(const std::vector<Choice>& all, double second
   });
 }
 
+const Choice& most_accurate(const std::vector<Choice>& all) {
+  return *std::max_element(all.begin(), all.end(),
+                           [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+}
+
 /// The fastest of the choices that reach this PSNR; the most accurate when none does.
 const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
   const Choice* best = nullptr;
   for (const auto& c : all) {
     if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
   }
-  return best ? *best : *std::max_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
-    return a.psnr_db < b.psnr_db;
-  });
+  return best ? *best : most_accurate(all);
 }
 
 const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
   if (goal.budget_s) return most_accurate_within(all, *goal.budget_s);
   if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
   const auto least = most_accurate_within(all, 0).psnr_db;  // of the fastest
-  const auto most = fastest_reaching(all, std::numeric_limits<double>::infinity()).psnr_db;
+  const auto most = most_accurate(all).psnr_db;
   const auto preset = static_cast<std::size_t>(*goal.preset);
   const double wanted = least + shares_of_preset[preset] * (most - least);
   return fastest_reaching(all, wanted - no_gain_db[preset]);
+}
+
+/// Without those of more frames, which the panel does not show. Frames that are given stay.
+std::vector<Choice> with_frames(std::vector<Choice> all, double most) {
+  most = std::max(most, 1.0);
+  if (std::any_of(all.begin(), all.end(), [&](const auto& c) { return c.frames <= most; }))
+    std::erase_if(all, [&](const auto& c) { return c.frames > most; });
+  return all;
 }
 
 std::string decibels_text(double db) { return number_text(std::round(db * 10) / 10) + " dB"; }
@@ -103,23 +120,31 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
 /// where no choice reaches the goal.
 ///
 /// returns  why the scene has so many layers; empty where only one number was tried
-std::string choose(const std::vector<Choice>& all, const Goal& goal, Planned& planned) {
+///
+/// lasers  that share the goal's time
+/// refine  makes the scene one that is refined
+std::string choose(const std::vector<Choice>& all, const Goal& goal, std::size_t lasers,
+                   const std::function<void()>& refine, Planned& planned) {
   const auto& c = chosen(all, goal);
   const auto why_layers = why_so_many_layers(all, c);
   auto& s = planned.scene;
   s.sampling.pitch_m = c.pitch_m;
   s.sampling.frames = c.frames;
   s.wrp.layers = c.layers;
-  if (c.iterations > 0) s.refine.value().iterations = c.iterations;
+  if (c.iterations > 0) {
+    refine();
+    s.refine.value().iterations = c.iterations;
+  }
   if (c.propagation == WrpPropagation::spectrum) {
     s.wrp.padding = c.padding;
     s.sampling.cone = c.cone.half_width;
     s.sampling.apodization = c.cone.apodization;
   }
   if (goal.budget_s && c.seconds > *goal.budget_s)
-    planned.warnings.push_back("nothing keeps " + duration_text(*goal.budget_s) +
-                               ": the fastest takes " + duration_text(c.seconds) +
-                               "; a smaller hologram.resolution or wrp.grid needs less");
+    planned.warnings.push_back(
+        "nothing keeps " + duration_text(*goal.budget_s * static_cast<double>(lasers)) +
+        ": the fastest takes " + duration_text(c.seconds * static_cast<double>(lasers)) +
+        "; a smaller hologram.resolution or wrp.grid needs less");
   return why_layers;
 }
 
@@ -168,13 +193,19 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.work =
       count_work(s, world, plan, candidates.view(), footprints_of(plan, candidates.view()));
   prediction.times = predict_times(prediction.work, device.rates);
+  prediction.meshes_and_trees_s = meshes_and_trees_s(world);
+  prediction.kernels_s = kernels_s(plan, device);
   prediction.device = device.name;
   prediction.rates_of = device.rates.device;
   const double propagation = propagation_error_of(plan);
-  if (const auto& model = candidates.model_of(plan.most_layers, plan.cone))
-    prediction.pictures = predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m),
-                                           s.sampling.frames, propagation);
-  prediction.slm_light = slm_light(plan, candidates.view());
+  const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
+  if (auto model = candidates.model_of(plan.most_layers, plan.cone)) {
+    if (plan.refine && refines_samples(plan)) model->paced = planned_iterations(plan);
+    prediction.pictures =
+        predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
+                         wrps ? predicted_padding_errors(plan, {wrps->padded})[0] : propagation);
+  }
+  prediction.slm_light = slm_light(plan, candidates.view(), wavelengths_m_of(s));
   const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);
   prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(propagation, phase_error));
   return prediction;
@@ -213,12 +244,14 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
 }
 
 /// A line for each value: what it is, and whether it was given, chosen or is the default.
-std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const Planned& planned,
+///
+/// is_chosen  by a goal: what the scene does not give
+std::vector<std::string> reasons_of(const Scene& scene, bool is_chosen, const Planned& planned,
                                     const std::string& why_layers) {
   const auto& s = planned.scene;
   const auto& plan = planned.plan;
   const auto fixed = [&](const char* key) {
-    return scene.given.contains(key) ? "given" : goal.any() ? "chosen" : "default";
+    return scene.given.contains(key) ? "given" : is_chosen ? "chosen" : "default";
   };
   const std::string gathering =
       !std::holds_alternative<SpectrumWrps>(plan.carrier)
@@ -244,9 +277,30 @@ std::vector<std::string> reasons_of(const Scene& scene, const Goal& goal, const 
   return reasons;
 }
 
+/// What keeping a time takes away; empty where it is nothing.
+///
+/// best    of all choices, those of more time included
+/// lasers  that share the time
+std::string why_less(const Goal& goal, const Choice& best, const Choice& choice,
+                     std::size_t lasers) {
+  if (best.psnr_db - choice.psnr_db < 0.05) return "";
+  return (goal.rate_per_s ? number_text(*goal.rate_per_s) +
+                                (*goal.rate_per_s == 1 ? " picture a second" : " pictures a second")
+                          : "the budget") +
+         ": " + decibels_text(best.psnr_db - choice.psnr_db) +
+         " below the most accurate plan, which has " + decibels_text(best.psnr_db) + " in " +
+         duration_text(best.seconds * static_cast<double>(lasers)) + ", " +
+         std::to_string(best.frames) + (best.frames == 1 ? " frame" : " frames");
+}
+
 /// As plan_scenes, of one laser.
+///
+/// goal    its budget is that of the laser, of a rate too
+/// lasers  that share the time
+/// given   the scene in which a goal has chosen the values for all lasers; null: this one
 Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
-                   const Goal& goal, bool keep_field) {
+                   const Goal& goal, bool keep_field, std::size_t lasers,
+                   const Scene* given = nullptr) {
   const MemoryUse use{Method::wrp, device.fft, keep_field};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
   Planned planned;
@@ -258,7 +312,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
       s.trace.bounces == Bounces::automatic)
     s.trace.bounces = Bounces::paths;
   std::optional<Candidates> candidates(std::in_place, s, world, device);
-  std::string why_layers, why_refined;
+  std::string why_layers, why_refined, why_lost;
+  const double shown = frames_shown(scene, goal.rate_per_s.value_or(pictures_per_s(scene)));
   // Nothing is chosen for pictures that the machine cannot hold: a line says so at once
   const bool fits = [&, &plan = candidates->plan()] {
     const auto needs = memory_needs(world, plan, use, device.memory.largest_buffer_bytes);
@@ -278,14 +333,19 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
       refine();
       candidates.emplace(s, world, device);
     }
-    auto all = candidates->choices(largest_cone_error(goal));
+    const auto shown_of_all = std::max(shown, frames_shown(scene, pictures_per_s(scene)));
+    auto all = with_frames(candidates->choices(largest_cone_error(goal)), shown_of_all);
+    auto best = most_accurate(all);
+    all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
     const bool knows_refinement = candidates->plan().extent.near_m > 0;
     if (knows_refinement && (goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) &&
         !s.refine && !shows_amplitude(s.slm.encoding)) {
       refine();
       Candidates refined(s, world, device);
-      auto all_refined = refined.choices(largest_cone_error(goal));
+      auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);
+      if (const auto& most = most_accurate(all_refined); most.psnr_db > best.psnr_db) best = most;
+      all_refined = with_frames(std::move(all_refined), shown);
       const auto& with = chosen(all_refined, goal);
       if (with.psnr_db > without.psnr_db && with.seconds <= goal.budget_s.value_or(with.seconds)) {
         why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
@@ -296,7 +356,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
         s.refine.reset();
       }
     }
-    why_layers = choose(all, goal, planned);
+    why_layers = choose(all, goal, lasers, refine, planned);
+    if (goal.budget_s) why_lost = why_less(goal, best, chosen(all, goal), lasers);
   }
 
   // The plan with these values, in as few tiles as the device's memory allows
@@ -306,11 +367,13 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
   planned.prediction = predicted(planned, world, device, *candidates);
   if (goal.psnr_db && fits) check_psnr(*goal.psnr_db, planned);
   predict_memory(world, device, use, planned);
-  planned.reasons = reasons_of(scene, fits ? goal : Goal{}, planned, why_layers);
-  if (!why_refined.empty()) planned.reasons.push_back(why_refined);
+  planned.reasons =
+      reasons_of(given ? *given : scene, given || (goal.any() && fits), planned, why_layers);
+  for (const auto& why : {why_refined, why_lost})
+    if (!why.empty()) planned.reasons.push_back(why);
   for (auto& warning :
        warnings_of(s, world, planned.plan, candidates->view(), planned.prediction.slm_light,
-                   candidates->resolution_m(), !goal.any() && is_default_pitch(scene)))
+                   !goal.any() && is_default_pitch(scene)))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }
@@ -337,12 +400,13 @@ double largest_cone_error(const Goal& goal) {
 std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
                                  const DeviceFigures& device, const Goal& goal, bool keep_field) {
   auto for_each = goal;
-  if (for_each.budget_s) *for_each.budget_s /= static_cast<double>(scenes.size());
+  if (const auto time_s = goal.time_s())
+    for_each.budget_s = *time_s / static_cast<double>(scenes.size());
   const auto longest =
       std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
         return a.hologram.wavelength_m < b.hologram.wavelength_m;
       });
-  const auto chosen = plan_laser(*longest, world, device, for_each, keep_field);
+  const auto chosen = plan_laser(*longest, world, device, for_each, keep_field, scenes.size());
   std::vector<Planned> all;
   for (const auto& scene : scenes) {
     if (&scene == &*longest) {
@@ -357,7 +421,15 @@ std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& 
     same.trace = chosen.scene.trace;
     same.accuracy = chosen.scene.accuracy;
     same.refine = chosen.scene.refine;
-    all.push_back(plan_laser(same, world, device, {}, keep_field));
+    all.push_back(plan_laser(same, world, device, {}, keep_field, scenes.size(),
+                             goal.any() ? &scene : nullptr));
+  }
+  const double rate_per_s = goal.rate_per_s.value_or(pictures_per_s(scenes[0]));
+  for (auto& laser : all) {
+    if (auto why = why_frames_shown(laser.scene, rate_per_s); !why.empty())
+      laser.reasons.push_back(std::move(why));
+    if (auto warning = panel_warning(laser.scene, rate_per_s); !warning.empty())
+      laser.warnings.push_back(std::move(warning));
   }
   return all;
 }

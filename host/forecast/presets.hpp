@@ -28,12 +28,25 @@ struct Goal {
   // Time of a picture, from its samples to its levels: the most accurate choice that keeps it
   std::optional<double> budget_s;
   std::optional<double> psnr_db;  // mean PSNR of its pictures: the fastest choice that reaches it
+  // Pictures a second: the most accurate choice that this device computes, and slm.rate shows, so
+  // fast
+  std::optional<double> rate_per_s{};
 
-  bool any() const { return preset || budget_s || psnr_db; }
+  bool any() const { return preset || budget_s || psnr_db || rate_per_s; }
+  int count() const {
+    return preset.has_value() + budget_s.has_value() + psnr_db.has_value() + rate_per_s.has_value();
+  }
+  /// That a picture may take.
+  std::optional<double> time_s() const {
+    return rate_per_s ? std::optional(1 / *rate_per_s) : budget_s;
+  }
 };
 
 struct Prediction {
   PredictedTimes times;
+  // What the first picture takes besides; kernels_s is empty where nothing is known
+  double meshes_and_trees_s = 0;
+  std::optional<double> kernels_s{};
   std::string device;    // that is meant; empty: none is known
   std::string rates_of;  // the device that they were measured on, or "default"
   Work work;

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <glm/common.hpp>
 
 #include "host/geometry/extents.hpp"
 #include "host/planning/light_shown.hpp"
@@ -38,33 +39,80 @@ bool passes(const StopSpec& stop, glm::dvec2 cycles) {
   return away(0) <= stop.size.x / 2 && away(1) <= stop.size.y / 2;
 }
 
-/// The shortest slm.shift, along one axis, that moves a picture of this extent beside a zero order
-/// of the SLM's own size, at the depth |z_m|: planes before the hologram move the other way. Zero
-/// where the band has no room for it, and for scenes on both sides of the hologram.
-glm::dvec2 shift_beside(const Plan& plan, const std::array<Interval, 2>& picture_m,
-                        const std::array<Interval, 2>& cycles, double z_m) {
-  glm::dvec2 best_m(0);
-  const bool on_both_sides = plan.extent.near_m < 0 && plan.extent.far_m > 0;
-  for (int axis = 0; axis < 2 && !on_both_sides; ++axis) {
-    const double half_m = plan.window_m()[axis] / 2;
-    for (const double touching_m : {half_m - picture_m[axis].low, -half_m - picture_m[axis].high}) {
-      const double shift_m = std::copysign(1.05, z_m) * touching_m;
-      const double carrier = -cycles_per_sine(plan, axis) * shift_m / std::hypot(shift_m, z_m);
-      const bool has_room =
-          cycles[axis].low + carrier >= -band_edge && cycles[axis].high + carrier <= band_edge;
-      const double best = std::abs(best_m.x + best_m.y);  // one of them is zero
-      if (has_room && (best == 0 || std::abs(shift_m) < best)) {
-        best_m = {0, 0};
-        best_m[axis] = shift_m;
-      }
+/// Share of the SLM, along one axis, that the point at x_m in the plane z_m lights with frequencies
+/// from low to high, of the part that it lights with any that the pixels show.
+///
+/// longer  wavelength of the light over the plan's
+double share_between(const Plan& plan, int axis, double x_m, double z_m, double longer, double low,
+                     double high) {
+  const double half_m = plan.window_m()[axis] / 2;
+  const auto lit_m = [&](double from, double to) {
+    const auto [first_m, last_m] = std::minmax(
+        {x_m + travel(plan, axis, from * longer, z_m), x_m + travel(plan, axis, to * longer, z_m)});
+    return std::max(0.0, std::min(half_m, last_m) - std::max(-half_m, first_m));
+  };
+  const double all_m = lit_m(-band_edge, band_edge);
+  return all_m > 0 && low < high ? lit_m(low, high) / all_m : 0;
+}
+
+/// Share of the places seen, each through all of the SLM, that a shift along one axis makes too
+/// steep for the pixels.
+double lost_by_shift(const Plan& plan, const FrontView& view, int axis, double longer,
+                     double carrier) {
+  constexpr int most_looked_at = 64;  // along an axis
+  const auto step = glm::max(view.size / most_looked_at, glm::ivec2(1));
+  double all = 0, kept = 0;
+  for (int y = 0; y < view.size.y; y += step.y) {
+    for (int x = 0; x < view.size.x; x += step.x) {
+      const double z_m =
+          view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                       static_cast<std::size_t>(x)];
+      if (z_m == 0) continue;
+      all += 1;
+      kept += share_between(plan, axis, view.place_m(x, y, z_m)[axis], z_m, longer,
+                            std::max(-band_edge, -band_edge - carrier),
+                            std::min(band_edge, band_edge - carrier));
     }
   }
-  return best_m;
+  return all > 0 ? 1 - kept / all : 0;
+}
+
+/// Finds SlmLight::beside_m: along one axis, as short as can be where nothing is lost. It is at the
+/// depth |z_m|: planes before the hologram move the other way. None for scenes on both sides of it.
+void find_shift_beside(const Plan& plan, const FrontView& view,
+                       const std::array<Interval, 2>& picture_m,
+                       const std::array<Interval, 2>& cycles,
+                       const std::vector<double>& wavelengths_m, SlmLight& light) {
+  if (plan.extent.near_m < 0 && plan.extent.far_m > 0) return;
+  double least = most_lost_beside;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double half_m = plan.window_m()[axis] / 2;
+    for (const double touching_m : {half_m - picture_m[axis].low, -half_m - picture_m[axis].high}) {
+      const double shift_m = std::copysign(1.05, light.z_m) * touching_m;
+      const double sine = shift_m / std::hypot(shift_m, light.z_m);
+      std::vector<double> lost;
+      for (const double wavelength_m : wavelengths_m) {
+        const double longer = wavelength_m / plan.hologram.wavelength_m;
+        const double carrier = -cycles_per_sine(plan, axis) / longer * sine;
+        const bool has_room = cycles[axis].low / longer + carrier >= -band_edge &&
+                              cycles[axis].high / longer + carrier <= band_edge;
+        lost.push_back(has_room ? 0 : lost_by_shift(plan, view, axis, longer, carrier));
+      }
+      const double worst = *std::max_element(lost.begin(), lost.end());
+      const double so_far = std::abs(light.beside_m.x + light.beside_m.y);  // one of them is zero
+      if (worst > least || (worst == least && so_far > 0 && std::abs(shift_m) >= so_far)) continue;
+      least = worst;
+      light.beside_m = {0, 0};
+      light.beside_m[axis] = shift_m;
+      light.beside_lost = std::move(lost);
+    }
+  }
 }
 
 }  // namespace
 
-SlmLight slm_light(const Plan& plan, const FrontView& view) {
+SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> wavelengths_m) {
+  if (wavelengths_m.empty()) wavelengths_m = {plan.hologram.wavelength_m};
   const auto& slm = plan.slm;
   const auto half_m = plan.window_m() / 2.0;
   SlmLight light;
@@ -104,14 +152,17 @@ SlmLight slm_light(const Plan& plan, const FrontView& view) {
     }
   }
   if (all > 0) light.on_picture = under_zero_order / all;
+  // Of the shortest wavelength, whose frequencies are the highest
+  const double steepest =
+      plan.hologram.wavelength_m / *std::min_element(wavelengths_m.begin(), wavelengths_m.end());
   if (slm.stop && shown > 0) {
     light.through_stop = std::min(1.0, through / shown);
     for (int axis = 0; axis < 2; ++axis)
       light.open_stop[axis] =
-          std::min(1.0, 2 * std::max(cycles[axis].high - slm.stop->centre[axis],
-                                     slm.stop->centre[axis] - cycles[axis].low));
+          std::min(1.0, 2 * std::max(steepest * cycles[axis].high - slm.stop->centre[axis],
+                                     slm.stop->centre[axis] - steepest * cycles[axis].low));
   }
-  if (all > 0) light.beside_m = shift_beside(plan, picture_m, cycles, light.z_m);
+  if (all > 0) find_shift_beside(plan, view, picture_m, cycles, wavelengths_m, light);
   return light;
 }
 

@@ -3,6 +3,8 @@
 /// falls that the SLM leaves undiffracted.
 #pragma once
 
+#include <vector>
+
 #include "host/plan/front_view.hpp"
 
 namespace raywave {
@@ -10,7 +12,8 @@ namespace raywave {
 struct SlmLight {
   // Share of the light that the pixels can show that passes slm.stop
   double through_stop = 1;
-  // A stop around slm.stop_centre that passes all of it, as a share of the band per axis
+  // A stop around slm.stop_centre that passes all of it, of all lasers, as a share of the band per
+  // axis
   glm::dvec2 open_stop{0, 0};
   // The zero order in the plane z_m, the scene's middle: centre and size of where it falls,
   // relative to the picture, whose own place slm.carrier and slm.shift set
@@ -18,10 +21,17 @@ struct SlmLight {
   glm::dvec2 zero_order_m{0, 0}, zero_order_size_m{0, 0};
   bool zero_order_stopped = false;  // slm.stop keeps it away
   double on_picture = 0;            // share of the picture's light that it falls onto
-  // The slm.shift that brings the picture beside the zero order; zero: pixels cannot show it
+  // The slm.shift that brings the pictures of all lasers beside the zero order with the least loss,
+  // and what each laser's picture loses, which gets too steep for the pixels; zero: some laser's
+  // loses more than most_lost_beside
   glm::dvec2 beside_m{0, 0};
+  std::vector<double> beside_lost;
 };
 
-SlmLight slm_light(const Plan& plan, const FrontView& view);
+inline constexpr double most_lost_beside = 0.25;
+
+/// wavelengths_m  of all lasers that `open_stop` and `beside_m` serve; the plan's when there are
+///                none
+SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> wavelengths_m = {});
 
 }  // namespace raywave

@@ -4,6 +4,7 @@
 #include <fstream>
 #include <nlohmann/json.hpp>
 
+#include "cl/device.hpp"
 #include "cl/fft.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
@@ -78,8 +79,22 @@ cl::DeviceInfo tuned(cl::DeviceInfo device) {
 }
 
 DeviceFigures figures_of(const cl::DeviceInfo& device) {
-  DeviceFigures figures{device.name, device.fp64, limits_of(device), cl::default_backend(device),
-                        default_rates()};
+  DeviceFigures figures{device.name,
+                        device.fp64,
+                        limits_of(device),
+                        cl::default_backend(device),
+                        default_rates(),
+                        device.platform + "\n" + device.name + "\n" + device.driver,
+                        device.kind == cl::DeviceKind::cpu};
+  // PoCL keeps kernels in folders, in its usual place within kcache
+  figures.keeps_kernels = !cl::is_pocl(device);
+  std::error_code error;
+  auto kernels = cl::pocl_cache_folder();
+  if (std::filesystem::exists(kernels / "kcache", error)) kernels /= "kcache";
+  error.clear();
+  for (std::filesystem::directory_iterator file(kernels, error), end;
+       !error && !figures.keeps_kernels && file != end; file.increment(error))
+    figures.keeps_kernels = file->is_directory(error);
   if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
   return figures;
 }

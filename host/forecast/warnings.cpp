@@ -10,6 +10,7 @@
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/candidates.hpp"
+#include "host/forecast/panel_rate.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/cautions.hpp"
@@ -35,7 +36,9 @@ struct Light {
   double farther_m = 0;  // by which every pixel could show all of it
 };
 
-Light light_of(const Plan& plan, const FrontView& view) {
+///
+/// shortest  wavelength of all lasers, over that of the plan
+Light light_of(const Plan& plan, const FrontView& view, double shortest) {
   Light light;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -47,7 +50,7 @@ Light light_of(const Plan& plan, const FrontView& view) {
       double within_pixels = here, within_planes = here;
       for (int axis = 0; axis < 2; ++axis) {
         within_pixels *= share_within_pixels(plan, axis, place[axis], z);
-        const double sine = std::min(plan.hologram.largest_sine[axis], 0.999);
+        const double sine = std::min(shortest * plan.hologram.largest_sine[axis], 0.999);
         light.farther_m =
             std::max(light.farther_m, (std::abs(place[axis]) + plan.window_m()[axis] / 2) *
                                               std::sqrt(1 - sine * sine) / sine -
@@ -71,9 +74,21 @@ std::string shift_text(glm::dvec2 shift_m) {
   return "[" + text(shift_m.x) + ", " + text(shift_m.y) + "]";
 }
 
+/// What a shift of the picture makes too steep: "; 450 nm loses 12 % of its light"; empty: nothing.
+std::string lost_text(const std::vector<double>& lost, const std::vector<double>& wavelengths_m) {
+  std::string text;
+  for (std::size_t i = 0; i < lost.size(); ++i)
+    if (lost[i] > least_loss)
+      text += (text.empty() ? "; " : ", ") + length_text(wavelengths_m[i]) + " loses " +
+              percent_text(lost[i]);
+  return text.empty() ? text : text + " of its light, which gets too steep for the pixels";
+}
+
 /// What the stop cuts off, and undiffracted light in the picture.
 template <class Warn>
-void warn_of_slm(const SlmLight& light, const Warn& warn) {
+void warn_of_slm(const SlmLight& light, const std::vector<double>& wavelengths_m,
+                 const Warn& warn) {
+  const bool is_one = wavelengths_m.size() == 1;
   const auto up = [](double share) { return number_text(std::ceil(share * 100) / 100); };
   if (const double lost = 1 - light.through_stop; lost > least_loss)
     warn(percent_text(lost) +
@@ -86,15 +101,23 @@ void warn_of_slm(const SlmLight& light, const Warn& warn) {
                                 ? "the axis"
                                 : length_text(std::round(light.zero_order_m.x * 1e5) / 1e5) + ", " +
                                       length_text(std::round(light.zero_order_m.y * 1e5) / 1e5);
-  warn("light that the SLM leaves undiffracted falls onto " + percent_text(light.on_picture) +
-       " of the picture: " + length_text(size_m.x) + " x " + length_text(size_m.y) + " around " +
-       place + "; " +
-       (light.beside_m == glm::dvec2(0)
-            ? std::string("the pixels cannot move the picture beside it: move the scene off the "
-                          "axis or farther away, or block that light where it is focused")
-            : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
-                  in_quotes(length_text(std::round(std::abs(light.z_m) * 1e5) / 1e5)) +
-                  " moves the picture beside it, slm.stop then blocks it"));
+  const std::string pictures = is_one ? "the picture" : "the pictures of all lasers";
+  const std::string falls = "light that the SLM leaves undiffracted falls onto " +
+                            percent_text(light.on_picture) +
+                            " of the picture: " + length_text(size_m.x) + " x " +
+                            length_text(size_m.y) + " around " + place;
+  const std::string advice =
+      light.beside_m == glm::dvec2(0)
+          ? "the pixels cannot move " + pictures +
+                " beside it: move the scene off the axis or farther away, or block that light "
+                "where it is focused"
+          : "slm.shift = " + shift_text(light.beside_m) + " with slm.shift_distance = " +
+                in_quotes(length_text(std::round(std::abs(light.z_m) * 1e5) / 1e5)) + " moves " +
+                pictures + " beside it, slm.stop then blocks it" +
+                lost_text(light.beside_lost, wavelengths_m);
+  if (is_one) return warn(falls + "; " + advice);
+  warn(falls);
+  warn("undiffracted light: " + advice);
 }
 
 }  // namespace
@@ -106,7 +129,10 @@ bool is_default_pitch(const Scene& scene) {
 
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
-                                     double resolution_m, bool is_default_pitch) {
+                                     bool is_default_pitch) {
+  const auto wavelengths_m = wavelengths_m_of(scene);
+  const double shortest =
+      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
   std::vector<std::string> warnings;
   const auto warn = [&](const std::string& text) { warnings.push_back(text); };
   const auto& hologram = scene.hologram;
@@ -120,7 +146,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     }
   }
 
-  const auto light = light_of(plan, view);
+  const auto light = light_of(plan, view, shortest);
   if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
       warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
@@ -141,9 +167,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
          "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);
-  warn_of_slm(slm_light, warn);
+  warn_of_slm(slm_light, wavelengths_m, warn);
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = plan.hologram.wavelength_m * plan.extent.farthest_m() /
+    const double period = shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
                               plan.hologram.pitch_m[axis] +
                           (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
                  extent = world.max_m[axis] - world.min_m[axis];
@@ -159,7 +185,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
   const double p = scene.sampling.pitch_m;
   const auto limits = limit_m(plan, middle_m(plan));
-  const double limit = std::max(limits.x, limits.y);
+  const double limit = shortest * std::max(limits.x, limits.y);
+  const double resolution_m =
+      std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
@@ -202,8 +230,12 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
 
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan) {
   const auto view = front_view(scene, world, plan);
-  return warnings_of(scene, world, plan, view, slm_light(plan, view),
-                     wanted_resolution_m(scene, plan), is_default_pitch(scene));
+  auto warnings =
+      warnings_of(scene, world, plan, view, slm_light(plan, view, wavelengths_m_of(scene)),
+                  is_default_pitch(scene));
+  if (auto warning = panel_warning(scene, pictures_per_s(scene)); !warning.empty())
+    warnings.push_back(std::move(warning));
+  return warnings;
 }
 
 }  // namespace raywave

@@ -14,11 +14,13 @@ bool is_default_pitch(const Scene& scene);
 
 /// A line each: what, how much, and which setting changes it.
 ///
-/// resolution_m      wanted_resolution_m
+/// Of several lasers, each has the same advice, which serves all: that of the shortest wavelength,
+/// whose light is the steepest.
+///
 /// is_default_pitch  nobody chose sampling.pitch
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
                                      const FrontView& view, const SlmLight& slm_light,
-                                     double resolution_m, bool is_default_pitch);
+                                     bool is_default_pitch);
 
 /// The same of a plan that is computed as it is.
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan);

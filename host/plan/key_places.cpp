@@ -21,6 +21,17 @@ constexpr int most_depths_within = 12;
 constexpr int least_iterations = 28;
 constexpr double rounds_of_depths = 2.15, rounds_with_views = 3;
 
+/// Blurs of the picture for each of the spots that a part of the hologram resolves, at least.
+constexpr double pixels_of_part = 0.85;
+constexpr int most_parts = 16;
+// Depths of rounds of parts: between them, and from the scene's ends to those beyond it, in the
+// depth that a part's picture holds
+constexpr double between_parts = 0.6, beyond_parts = 0.25;
+constexpr int most_depths = 11;
+
+/// The number i of 0, ..., count - 1 in the order first, last, second, last but one ...
+int from_ends(int i, int count) { return i % 2 == 0 ? i / 2 : count - 1 - i / 2; }
+
 /// 0, ..., count - 1 in random order, the same on every C++ library.
 std::vector<int> shuffled(int count, std::mt19937& random) {
   std::vector<int> order(static_cast<std::size_t>(count));
@@ -96,6 +107,83 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
+bool serves_samples(const Plan& plan) {
+  return plan.samples.aimed && !plan.has_specular_samples() && plan.extent.near_m > 0;
+}
+
+bool refines_samples(const Plan& plan) {
+  const auto& refine = plan.refine.value();
+  if (refine.targets != RefineTargets::automatic) return refine.targets == RefineTargets::samples;
+  return serves_samples(plan) && refine.views == 0 &&
+         refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations;
+}
+
+std::vector<KeyPlace> planned_places(const Plan& plan) {
+  const auto& refine = plan.refine.value();
+  const double blur_m = refine.blur_m.value();
+  if (refines_samples(plan))
+    return part_places(plan, blur_m, refine.pupil_m, planned_iterations(plan), refine.depths_m);
+  return key_places(plan, blur_m, {refine.depths_m, refine.views});
+}
+
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
+                                  std::vector<double> depths_m) {
+  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m,
+               middle_m = (near_m + far_m) / 2;
+  const auto window_m = plan.window_m();
+  // Parts along each axis
+  auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
+  if (wanted == glm::dvec2(1)) wanted = glm::dvec2(2);
+  const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
+  const glm::ivec2 parts(glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0));
+  const glm::dvec2 part_m = window_m / glm::dvec2(parts);
+  const double held_m = held_blurs * blur_m * middle_m / std::max(part_m.x, part_m.y);
+  const int enough =
+      std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,
+                 most_depths) |
+      1;
+  // An even number would give each depth the same parts in every pass.
+  const bool each_has_one = iterations < enough;
+  if (depths_m.empty()) {
+    const int count = each_has_one ? iterations : enough;
+    for (int i = 0; i < count; ++i) {
+      const double margin_m = each_has_one ? 0 : beyond_parts * held_m;
+      const double share = each_has_one ? (i + 0.3) / (count - 0.4) : i / (count - 1.0);
+      depths_m.push_back(near_m - margin_m + (far_m - near_m + 2 * margin_m) * share);
+    }
+  }
+  std::sort(depths_m.begin(), depths_m.end());
+
+  std::vector<KeyPlace> places;
+  const auto add_round = [&](int round, double z_m, glm::dvec2 shift) {
+    // Edges of the parts along each axis, in holograms
+    const auto edges = [&](int axis) {
+      std::vector<double> at{0};
+      const int n = parts[axis];
+      for (int i = 0; i < n; ++i)
+        if (n > 1 && i + shift[axis] > 0.01) at.push_back((i + shift[axis]) / n);
+      at.push_back(1);
+      return at;
+    };
+    const auto x = edges(0), y = edges(1);
+    for (std::size_t j = 0; j + 1 < y.size(); ++j)
+      for (std::size_t i = 0; i + 1 < x.size(); ++i)
+        places.push_back({z_m,
+                          {x[i] + x[i + 1] - 1, y[j] + y[j + 1] - 1},
+                          {x[i + 1] - x[i], y[j + 1] - y[j]},
+                          1,
+                          round});
+  };
+  // The last iterations go through all depths once, and end with parts that begin at the edge.
+  const int depths = static_cast<int>(depths_m.size()), rounds = std::min(iterations, 2 * depths);
+  for (int round = 0; round < rounds; ++round) {
+    const int turn = round + 2 * depths - rounds;
+    add_round(round, depths_m[static_cast<std::size_t>(from_ends(turn % depths, depths))],
+              glm::fract(glm::dvec2(0.618034, 0.754878) * (rounds - 1.0 - round)));
+  }
+  return places;
+}
+
 int refine_iterations(const std::vector<KeyPlace>& places) {
   int draws = 0;
   bool views = false;
@@ -110,6 +198,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
 
 int planned_iterations(const Plan& plan) {
   const auto& refine = plan.refine.value();
+  if (refines_samples(plan)) return refine.iterations.value_or(most_paced_iterations);
   return refine.iterations.value_or(
       refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
 }

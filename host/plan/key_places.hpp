@@ -14,6 +14,7 @@ struct KeyPlace {
   double z_m = 0;
   glm::dvec2 view{0, 0}, aperture{1, 1};
   int times = 1;
+  int round = 0;  // places of one round open different parts of the hologram
 };
 
 struct KeySpec {
@@ -30,8 +31,34 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m);
 /// all places of a quarter and over the depths, one depth each.
 std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec& what);
 
+/// Rounds of parts: each opens all of the hologram, part by part, at a depth of its own. Parts are
+/// as large as the pupil, or halves of the hologram, where the blur hides what they do not resolve;
+/// those of every other round begin in the middle of a part, so that no view falls on edges alone.
+/// Of few iterations each has a depth of its own, and they come from the scene's ends inwards.
+///
+/// blur_m      > 0
+/// iterations  per frame, >= 1
+/// depths_m    in place of depths through the scene; may be empty
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
+                                  std::vector<double> depths_m = {});
+
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);
+
+/// Iterations from which on rays to a lens are worth their time: pictures made of samples are no
+/// better than the samples.
+constexpr int most_paced_iterations = 12;
+
+/// True where pictures made of samples show what a lens sees: there are samples, and none is seen
+/// in mirrors or through glass.
+bool serves_samples(const Plan& plan);
+
+/// True where a plan's hologram is refined towards pictures made of samples: as the scene says;
+/// where it does not, with few iterations and without views of its own.
+bool refines_samples(const Plan& plan);
+
+/// The pictures that Plan::refine asks for.
+std::vector<KeyPlace> planned_places(const Plan& plan);
 
 /// Plan::refine's iterations per frame, or as many as its pictures need.
 int planned_iterations(const Plan& plan);

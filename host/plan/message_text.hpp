@@ -5,6 +5,7 @@
 #include <algorithm>
 #include <sstream>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "host/common/text.hpp"
@@ -23,6 +24,23 @@ inline std::string count_text(double count) {
 inline void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
   for (const auto& line : more)
     if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+}
+
+/// Lines of several lasers, each once; what not all of them have comes after the wavelength.
+///
+/// lasers  wavelength in metres, and its lines
+inline std::vector<std::string> lines_of_lasers(
+    const std::vector<std::pair<double, std::vector<std::string>>>& lasers) {
+  std::vector<std::string> all;
+  for (const auto& [wavelength_m, lines] : lasers) {
+    for (const auto& line : lines) {
+      const bool is_common = std::all_of(lasers.begin(), lasers.end(), [&](const auto& other) {
+        return std::find(other.second.begin(), other.second.end(), line) != other.second.end();
+      });
+      add_lines(all, {is_common ? line : length_text(wavelength_m) + ": " + line});
+    }
+  }
+  return all;
 }
 
 }  // namespace raywave

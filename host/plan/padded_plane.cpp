@@ -4,7 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "host/common/error.hpp"
 #include "host/common/fft_backend.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -19,6 +21,27 @@ glm::ivec2 padded_size(glm::ivec2 size, double padding) {
     return static_cast<int>(next_fast_size(static_cast<std::size_t>(samples)));
   };
   return {fast(packet * std::ceil(size.x * padding / packet)), fast(std::ceil(size.y * padding))};
+}
+
+glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, double wavelength_m,
+                       double distance_m) {
+  constexpr double most = 64;
+  glm::dvec2 needed(padding);
+  for (int axis = 0; axis < 2 && padding >= 2; ++axis) {
+    const double spread =
+        wavelength_m * std::abs(distance_m) / pitch_m[axis];  // of a pixel's light
+    const double fringe = std::sqrt(wavelength_m * std::abs(distance_m)) / pitch_m[axis],
+                 side = size[axis];
+    const double wide =
+        std::min(2 * side + 4 * fringe, side + spread / (2 * pitch_m[axis]) + 4 * fringe);
+    needed[axis] = std::max(padding, wide / side);
+    if (!(needed[axis] <= most))
+      throw InputError("propagation over " + length_text(distance_m) + ": a plane of " +
+                       length_text(side * pitch_m[axis]) +
+                       " would be padded more than 64 times for its light to fade out: give a "
+                       "shorter distance or a larger hologram");
+  }
+  return {padded_size(size, needed.x).x, padded_size(size, needed.y).y};
 }
 
 std::pair<double, double> band_of(double wave_number, double distance_m, double shift_m,

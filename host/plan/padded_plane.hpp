@@ -14,11 +14,18 @@ namespace raywave {
 /// the FFT transforms fast.
 glm::ivec2 padded_size(glm::ivec2 size, double padding);
 
+/// The same for propagation over `distance_m`. From padding 2 on the plane is wide enough for the
+/// fringe that diffraction draws about light's edges, sqrt(wavelength z) wide, to fade in:
+/// holograms of few Fresnel zones need it. Below 2, light that wraps around is accepted.
+///
+/// throws  InputError when a side would be padded more than 64 times
+glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, double wavelength_m,
+                       double distance_m);
+
 /// Frequencies (cycles per metre) that a plane `distance_m` away and shifted by `shift_m` can
 /// receive from the window along one axis, the other frequency being zero: [L(shift - half),
-/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is the larger of the window's
-/// side and half the padded plane's. No frequency (first > second) when the distance is zero and
-/// the shift larger than half_m.
+/// L(shift + half)], L(t) = t / (wavelength sqrt(t^2 + z^2)). half_m is Axis::reach_m. No frequency
+/// (first > second) when the distance is zero and the shift larger than half_m.
 ///
 /// source  Matsushima's Table 1 without its case distinctions; the transfer function's local
 ///         frequency |shift - z u/w| <= half_m
@@ -51,11 +58,15 @@ struct Axis {
   double pitch_m = 1;
   int window = 1;  // samples of the planes in and out
 
-  /// Light is kept that moves sideways no farther than this, seen from the target's shift: from any
-  /// sample to any other of an unshifted target, and to the edge of the padded plane. (The latter
-  /// alone would cut light at paddings below 2 that stays inside the window and comes out right,
-  /// since the plane is periodic.)
-  double reach_m() const { return std::max(padded / 2.0, static_cast<double>(window)) * pitch_m; }
+  /// Light that moves sideways no farther than this, seen from the target's shift, is kept whole:
+  /// from any sample to any other of an unshifted target. (At paddings below 2 as well: since the
+  /// plane is periodic, light that stays inside the window comes out right.)
+  double whole_reach_m() const { return (window + 0.1 * spare()) * pitch_m; }
+  /// Light that moves farther than this would wrap around into the window and is left out. Between
+  /// the two reaches light fades, for a hard edge of the band spreads light over all of the plane.
+  double reach_m() const { return (window + 0.9 * spare()) * pitch_m; }
+  /// Samples that neither light of the window nor what wraps around into it needs.
+  int spare() const { return std::max(padded - 2 * window, 0); }
   int lowest() const { return -(padded / 2); }
   int highest() const { return (padded - 1) / 2; }
   int signed_index(int i) const { return i <= highest() ? i : i - padded; }

@@ -122,6 +122,14 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
     plan.slm.encoding = Encoding::phase;
     plan.refine = scene.refine;
     if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
+    plan.refine->pupil_m = scene.viewer.pupil_m;
+    if (plan.refine->targets == RefineTargets::samples && scene.sampling.mode == SamplingMode::fan)
+      throw InputError(one_line(scene.file.string()) +
+                       ": refine.targets \"samples\": rays of fans make no samples; give \"lens\"");
+    if (plan.refine->targets == RefineTargets::samples && plan.refine->views > 0)
+      throw InputError(one_line(scene.file.string()) +
+                       ": refine.views is for pictures of a lens; parts as large as viewer.pupil "
+                       "serve every view of samples. Leave it out, or give refine.targets \"lens\"");
   }
 }
 

@@ -49,6 +49,72 @@ void transform_plane(Field& plane, glm::ivec2 size, int sign) {
   }
 }
 
+/// What of each frequency passes along one axis, by number k of the axis and number l of the other.
+class AxisBand {
+public:
+  AxisBand(const Setup& s, glm::ivec2 padded, int axis)
+      : n_(padded[axis]),
+        other_n_(padded[1 - axis]),
+        other_sign_(axis == 0 ? -1 : 1),
+        other_pitch_m_(s.pitch_m[1 - axis]),
+        limits_(static_cast<std::size_t>(other_n_)) {
+    const int spare = std::max(n_ - 2 * s.size[axis], 0);
+    const auto kept = [&](int k, int l, double share_of_spare) {
+      const double reach_m = (s.size[axis] + share_of_spare * spare) * s.pitch_m[axis];
+      const double f = frequency(k, n_, s.pitch_m[axis]), g = other_frequency(l);
+      const double w_squared = 1 / (s.wavelength_m * s.wavelength_m) - f * f - g * g;
+      // Rows count downwards, y upwards
+      const double shift_m = axis == 0 ? s.shift_m.x : -s.shift_m.y;
+      const auto within = [&](double at) {
+        return s.distance_m == 0
+                   ? std::abs(shift_m) <= reach_m
+                   : w_squared > 0 &&
+                         std::abs(shift_m - s.distance_m * at / std::sqrt(w_squared)) <= reach_m;
+      };
+      // The steepest of an even number of frequencies is light to both sides
+      return within(f) && (2 * k != n_ || within(-f));
+    };
+    const auto limits = [&](int l, double share_of_spare) {
+      Limits found;
+      for (int k = -(n_ / 2); k < (n_ + 1) / 2; ++k) {
+        if (!kept(k < 0 ? k + n_ : k, l, share_of_spare)) continue;
+        if (found.first > found.last) found.first = k;
+        found.last = k;
+      }
+      return found;
+    };
+    for (int l = 0; l < other_n_; ++l) limits_[static_cast<std::size_t>(l)] = limits(l, 0.9);
+    const auto widest = limits_[0], whole = limits(0, 0.1);
+    if (whole.first > whole.last) return;
+    rise_ = whole.first - widest.first;
+    fall_ = widest.last - whole.last;
+  }
+
+  double other_frequency(int l) const {
+    return other_sign_ * frequency(l, other_n_, other_pitch_m_);
+  }
+
+  /// Fades from nothing to all within rise_ or fall_ frequencies.
+  double passed(int k, int l) const {
+    if (k >= (n_ + 1) / 2) k -= n_;
+    const auto& [first, last] = limits_[static_cast<std::size_t>(l)];
+    if (k < first || k > last) return 0;
+    const double low = rise_ > 0 ? (k - first + 0.5) / rise_ : 1,
+                 high = fall_ > 0 ? (last - k + 0.5) / fall_ : 1;
+    const double t = std::min({low, high, 1.0});
+    return t * t * (3 - 2 * t);
+  }
+
+private:
+  struct Limits {
+    int first = 0, last = -1;
+  };
+  int n_, other_n_;
+  double other_sign_, other_pitch_m_;
+  std::vector<Limits> limits_;  // by the other axis' frequency
+  int rise_ = 0, fall_ = 0;
+};
+
 }  // namespace
 
 void transform(Field& line, int sign) {
@@ -65,26 +131,16 @@ Field shifted_angular_spectrum(const Field& source, const Setup& s, glm::ivec2 p
     for (int x = 0; x < s.size.x; ++x) plane[y * padded.x + x] = source[y * s.size.x + x];
   transform_plane(plane, padded, -1);
 
-  const double half_x = std::max(padded.x / 2.0, 1.0 * s.size.x) * s.pitch_m.x, z = s.distance_m;
-  const double half_y = std::max(padded.y / 2.0, 1.0 * s.size.y) * s.pitch_m.y;
+  const AxisBand columns(s, padded, 0), rows(s, padded, 1);
   for (int j = 0; j < padded.y; ++j) {
-    const double v = -frequency(j, padded.y, s.pitch_m.y);  // rows count downwards, y upwards
+    const double v = columns.other_frequency(j);
     for (int i = 0; i < padded.x; ++i) {
-      const double u = frequency(i, padded.x, s.pitch_m.x);
-      const double w_squared = 1 / (s.wavelength_m * s.wavelength_m) - u * u - v * v;
-      const double w = std::sqrt(std::max(w_squared, 0.0));
-      const auto within = [&](double shift, double f, double half) {
-        return z == 0 ? std::abs(shift) <= half
-                      : w_squared > 0 && std::abs(shift - z * f / w) <= half;
-      };
-      // The steepest of an even number of frequencies is light to both sides
-      const auto within_both = [&](double shift, double f, double half, int k, int n) {
-        return within(shift, f, half) && (2 * k != n || within(shift, -f, half));
-      };
-      const bool kept = within_both(s.shift_m.x, u, half_x, i, padded.x) &&
-                        within_both(s.shift_m.y, v, half_y, j, padded.y);
-      const double turns = s.shift_m.x * u + s.shift_m.y * v + z * w;
-      const double scale = kept ? 1 / (static_cast<double>(padded.x) * padded.y) : 0;
+      const double u = rows.other_frequency(i);
+      const double w =
+          std::sqrt(std::max(1 / (s.wavelength_m * s.wavelength_m) - u * u - v * v, 0.0));
+      const double turns = s.shift_m.x * u + s.shift_m.y * v + s.distance_m * w;
+      const double scale =
+          columns.passed(i, j) * rows.passed(j, i) / (static_cast<double>(padded.x) * padded.y);
       plane[j * padded.x + i] *= std::polar(scale, 2 * pi * (turns - std::round(turns)));
     }
   }

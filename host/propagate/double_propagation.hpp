@@ -24,7 +24,7 @@ struct Setup {
 
 /// The field that Propagator computes, from the definition: zero padding to `padded`, transform,
 /// the exact transfer function where its local frequency |x0 - z u/w| (likewise y) does not exceed
-/// half the padded plane, or the whole window when that is more, transform back, cut out.
+/// Axis::reach_m, faded from Axis::whole_reach_m on, transform back, cut out.
 Field shifted_angular_spectrum(const Field& source, const Setup& setup, glm::ivec2 padded);
 
 /// Discrete Fourier transform of any length, in place, not normalised; sign -1 forward, +1 inverse.

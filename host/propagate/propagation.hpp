@@ -16,6 +16,7 @@ struct PropagatorSpec {
   double wavelength_m = 1;
   double padding = 2;  // 1 to 64; the padded size is the next that the FFT transforms fast
   cl::FftBackend backend = cl::FftBackend::host;
+  double distance_m = 0;  // the longest that is asked for: padded_size widens planes for it
 };
 
 /// Where a plane's light is wanted: on a plane `distance_m` away along the direction of travel, its

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <string>
+#include <tuple>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -19,6 +20,20 @@ constexpr double most_turns = 1e13;           // of the distance: double tells t
 constexpr std::size_t most_transfers = 64;    // remembered, some 100 KB each
 
 double reduced(double turns) { return turns - std::round(turns); }
+
+/// 1 / the frequencies between the bands of light that is kept and of light that is kept whole, at
+/// both ends of `axis`.
+std::pair<float, float> fades_along(const Axis& axis, double wavelength_m, double distance_m,
+                                    double shift_m) {
+  const auto band = [&](double reach_m) {
+    return axis.sampled(band_m(wavelength_m, distance_m, shift_m, reach_m));
+  };
+  const auto kept = band(axis.reach_m()), whole = band(axis.whole_reach_m());
+  // Half a step is the first frequency's share of a fade: two such steps make none.
+  const auto fade = [](int steps) { return 1 / std::max(static_cast<float>(steps), 0.5f); };
+  if (kept.empty() || whole.empty()) return {2.0f, 2.0f};
+  return {fade(whole.first - kept.first), fade(kept.last - whole.last)};
+}
 
 /// The frequencies kept of `axis` for each element of the other axis' transform.
 std::vector<Band> bands_across(const Axis& axis, const Axis& other, double wavelength_m,
@@ -81,11 +96,11 @@ Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Ta
   const auto bands_x = bands_across(y, x, wavelength_m, distance_m, down_m);
   auto bands_y = bands_across(x, y, wavelength_m, distance_m, right_m);
 
-  // Frequencies that both keep: `rows` and the columns of each row are as narrow as they can be.
+  // Frequencies that both keep: `rows` are as narrow as they can be.
   Band kept_by_columns;
   for (const auto& band : bands_x) kept_by_columns = kept_by_columns.joined(band);
   for (int i = 0; i < y.padded; ++i) {
-    auto& band = bands_y[i];
+    auto band = bands_y[i];
     const int k = y.signed_index(i);
     if (!kept_by_columns.contains(k)) band = {};
     const auto kept = [&](int u) { return bands_x[x.index(u)].contains(k); };
@@ -102,6 +117,11 @@ Transfer transfer_of(const Axis& x, const Axis& y, double wavelength_m, const Ta
     t.remainder_turns =
         std::max(t.remainder_turns, std::abs(distance_m) / (2 * wavelength_m) * sagitta * sagitta);
   }
+  // Of other rows engines may hold nothing.
+  for (int i = 0; i < y.padded; ++i)
+    if (!t.rows.contains(y.signed_index(i))) bands_y[i] = {};
+  std::tie(t.fades.left, t.fades.right) = fades_along(x, wavelength_m, distance_m, right_m);
+  std::tie(t.fades.first, t.fades.last) = fades_along(y, wavelength_m, distance_m, down_m);
   t.band_x = firsts_then_lasts(bands_x);
   t.band_y = firsts_then_lasts(bands_y);
   const double depth_turns = distance_m / (2 * wavelength_m);
@@ -138,7 +158,8 @@ void check(const PropagatorSpec& spec) {
 struct Propagator::State {
   State(const cl::Device& device, const PropagatorSpec& spec) {
     check(spec);
-    const auto padded = raywave::padded_size(spec.size, spec.padding);
+    const auto padded = raywave::padded_size(spec.size, spec.padding, spec.pitch_m,
+                                             spec.wavelength_m, spec.distance_m);
     plan.spec = spec;
     plan.x = {padded.x, spec.pitch_m.x, spec.size.x};
     plan.y = {padded.y, spec.pitch_m.y, spec.size.y};

@@ -51,8 +51,8 @@ public:
   ///           usable shift, or the distance from which the padded plane samples too few directions
   /// accuracy  relative L2 error, measured: <= 5e-7 against the same discrete propagation in double
   ///           (1 m, shift 50 mm: 3.6e-7); <= 6e-7 against the direct Rayleigh-Sommerfeld sum for
-  ///           fields inside window and band; 5e-3 for a hard-edged window of 240 x 220 samples of
-  ///           0.5 um at 150 um (band limit and padding)
+  ///           fields inside window and band; <= 5e-3 for noise on planes at least
+  ///           sqrt(wavelength z) wide, told of PropagatorSpec::distance_m; else up to 0.3
   void add(const Target& target);
 
   /// Transforms the sum back into `field` (ny x nx) and starts a new one. Zero when nothing was

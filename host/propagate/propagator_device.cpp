@@ -48,8 +48,9 @@ public:
     band_y_.write(t.band_y);
     run_rows((t.two_floats ? program_two_floats_ : program_).kernel("multiply_add"), plan_.x.padded,
              plan_.y.padded, spectrum_, sum_, phase_x_, phase_y_, power_x_, power_y_, band_x_,
-             band_y_, t.depth_hi, t.depth_lo, static_cast<float>(plan_.scale), plan_.x.padded,
-             plan_.y.padded, static_cast<std::int32_t>(sum_holds_spectra_));
+             band_y_, t.depth_hi, t.depth_lo, t.fades.left, t.fades.right, t.fades.first,
+             t.fades.last, static_cast<float>(plan_.scale), plan_.x.padded, plan_.y.padded,
+             static_cast<std::int32_t>(sum_holds_spectra_));
     sum_holds_spectra_ = true;
   }
 

@@ -11,13 +11,20 @@
 
 namespace raywave {
 
+/// How a transfer function fades within its band: 1 / the frequencies from no light to all of it,
+/// from each row's first column, last column, and from each column's first and last row.
+struct Fades {
+  float left = 0, right = 0, first = 0, last = 0;
+};
+
 /// One propagation's transfer function, as kernels/propagate/transfer.h needs it.
 struct Transfer {
   // X and Y, reduced turns, in the order of the transform
   std::vector<float> phase_x, phase_y;
   // Per column the first and then the last row kept; per row those of the columns
   std::vector<std::int32_t> band_x, band_y;
-  Band rows;                         // that any column keeps
+  Band rows;  // that any column keeps
+  Fades fades;
   float depth_hi = 0, depth_lo = 0;  // distance / (2 wavelength), in turns
   double remainder_turns = 0;        // R at most, inside the band
   bool two_floats = false;           // R needs them

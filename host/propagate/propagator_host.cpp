@@ -42,7 +42,9 @@ struct RowPart {
   const float *phase_x, *power_hi, *power_lo;
   const std::int32_t *first_row, *last_row;
   int count, row;
+  int above_first, below_last;  // the first column, in the row's band
   float phase_y, v_hi, v_lo, depth_hi, depth_lo, scale;
+  Fades fades;
 };
 
 /// sum += scale * line * H inside the band, as multiply_add in kernels/propagate/propagate.cl.
@@ -57,7 +59,13 @@ template <bool two_floats>
                    : kernel::remainder_turns_float(p.power_hi[i], p.v_hi, p.depth_hi);
     float c, s;
     kernel::transfer_function(p.phase_x[i], p.phase_y, remainder, &c, &s);
-    const float scale = (p.first_row[i] <= p.row) & (p.row <= p.last_row[i]) ? p.scale : 0.0f;
+    const float passed =
+        kernel::fade(static_cast<float>(p.above_first + i), static_cast<float>(p.below_last - i),
+                     p.fades.left, p.fades.right) *
+        kernel::fade(static_cast<float>(p.row - p.first_row[i]),
+                     static_cast<float>(p.last_row[i] - p.row), p.fades.first, p.fades.last);
+    const float scale =
+        (p.first_row[i] <= p.row) & (p.row <= p.last_row[i]) ? p.scale * passed : 0.0f;
     c *= scale;
     s *= scale;
     const float re = line[2 * i], im = line[2 * i + 1];
@@ -316,12 +324,15 @@ private:
                          t.band_x.data() + padded_nx_ + i,
                          last - first + 1,
                          k,
+                         first - kept.first,
+                         kept.last - first,
                          t.phase_y[row],
                          plan_.power_y[row],
                          plan_.power_y[padded_ny_ + row],
                          t.depth_hi,
                          t.depth_lo,
-                         static_cast<float>(plan_.scale)};
+                         static_cast<float>(plan_.scale),
+                         t.fades};
       (t.two_floats ? multiply_add_two_floats_ : multiply_add_float_)(work);
     };
     if (kept.first < 0) part(kept.first, std::min(kept.last, -1));

@@ -13,6 +13,7 @@
 #include "cl/program.hpp"
 #include "host/common/error.hpp"
 #include "host/common/plane_fft.hpp"
+#include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/view/reconstruct.hpp"
@@ -44,11 +45,26 @@ std::vector<Sample> fresnel_chirp(double wavelength_m, double z_m, double pitch_
   return chirp;
 }
 
+/// A sample over its modulus; 1 for zero.
+Sample phase_of(const Sample& value) {
+  // In double, so that neither the brightest nor the faintest field is lost
+  const double re = value.real(), im = value.imag(), square = re * re + im * im;
+  if (!(square > 0)) return 1;
+  const double inverse = 1 / std::sqrt(square);
+  return {static_cast<float>(re * inverse), static_cast<float>(im * inverse)};
+}
+
 /// 1 in the open part of an axis, 0 elsewhere.
 std::vector<Sample> mask(int hologram, int first, int count) {
   std::vector<Sample> values(count_of(whole_packets(hologram)));
   std::fill_n(values.begin() + first, count, Sample(1));
   return values;
+}
+
+cl::Program program_of(const cl::Device& device) {
+  return {device,
+          "kernels/refine/refine.cl",
+          {{option::lanes, std::to_string(device.info().float_lanes)}}};
 }
 
 /// Part of the plane along one axis that the blur of the region reads.
@@ -59,22 +75,46 @@ LinePart with_margin(int first, int count, int margin, int plane) {
 
 }  // namespace
 
-PhaseStack::PhaseStack(const cl::Device& device, const FieldStack& field)
-    : size_(field.nx, field.ny), frames_(field.frames), pitch_(whole_packets(field.nx) + packet) {
-  const std::size_t rows = count_of(frames_) * count_of(size_.y), all = rows * count_of(pitch_);
+void PhaseStack::resize(glm::ivec2 size, int frames) {
+  const auto pitch = whole_packets(size.x) + packet;
+  const std::size_t all = count_of(frames) * count_of(size.y) * count_of(pitch);
   if (all > std::numeric_limits<std::uint32_t>::max())
-    throw InputError("refinement: " + std::to_string(frames_) + " frames of " +
-                     std::to_string(size_.x) + " x " + std::to_string(size_.y) +
+    throw InputError("refinement: " + std::to_string(frames) + " frames of " +
+                     std::to_string(size.x) + " x " + std::to_string(size.y) +
                      " pixels are too many for one call; refine fewer frames at a time");
-  std::vector<Sample> padded(all);
-  for (std::size_t row = 0; row < rows; ++row) {
-    for (std::size_t x = 0; x < count_of(size_.x); ++x) {
-      const std::complex<double> value(field.samples[row * count_of(size_.x) + x]);
-      const double modulus = std::abs(value);
-      padded[row * count_of(pitch_) + x] = modulus > 0 ? Sample(value / modulus) : Sample(1);
-    }
-  }
-  samples = {device, std::span<const Sample>(padded), "phases of the holograms"};
+  if (size == size_ && frames == frames_) return;
+  samples = {};  // frees the old memory first
+  samples = {device_, all, "phases of the holograms"};
+  samples.fill_zero();
+  size_ = size;
+  frames_ = frames;
+  pitch_ = pitch;
+}
+
+void PhaseStack::take(const FieldStack& field) {
+  resize({field.nx, field.ny}, field.frames);
+  const auto width = count_of(size_.x), stride = count_of(pitch_),
+             rows = count_of(frames_) * count_of(size_.y);
+  samples.on_host([&](std::span<Sample> padded) {
+    auto& threads = cl::Threads::shared();
+    threads.for_each(threads.count(), rows, 16, [&](std::size_t, std::size_t row) {
+      for (std::size_t x = 0; x < width; ++x)
+        padded[row * stride + x] = phase_of(field.samples[row * width + x]);
+    });
+  });
+}
+
+void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count,
+                      int frame) {
+  if (!take_phases_) take_phases_ = program_of(device_).kernel("take_phases");
+  run_rows(device_, *take_phases_, count.x, count.y, field, count.x, count.y, samples,
+           first(frame, from), pitch_);
+}
+
+const cl::ComplexBuffer& PhaseStack::frame(int frame) {
+  if (frame_.size() != area(size_)) frame_ = {device_, area(size_), "phases of a hologram"};
+  frame_.copy_rows_from(samples, first(frame, {0, 0}), count_of(size_.x), count_of(pitch_));
+  return frame_;
 }
 
 FieldStack PhaseStack::read() const {
@@ -90,8 +130,9 @@ FieldStack PhaseStack::read() const {
 }
 
 struct Light::State {
-  State(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
-        std::vector<PictureGrid> grids);
+  State(const cl::Device& its_device, cl::FftBackend its_backend)
+      : device(its_device), backend(its_backend), program(program_of(its_device)) {}
+  void fit(const Optics& its_optics, std::vector<PictureGrid> its_grids);
 
   /// Tables of a key, beside its grid.
   struct Tables {
@@ -102,7 +143,8 @@ struct Light::State {
   bool fresnel(std::size_t key) const { return grids[key].propagation == Propagation::fresnel; }
   PlanePart live_at_hologram(const PictureGrid& grid) const;
   PlanePart live_in_picture(const PictureGrid& grid) const;
-  void transform(const PictureGrid& grid, bool inverse);
+  void transform(std::size_t key, bool inverse);
+  cl::ComplexBuffer& plane(std::size_t key) { return planes[count_of(grids[key].slot)]; }
   void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
               int nx, int columns, int rows);
   void show_exactly(std::size_t key);
@@ -118,7 +160,7 @@ struct Light::State {
   std::vector<Tables> tables;
   cl::Program program;
   std::map<std::string, cl::Kernel> kernels;
-  cl::ComplexBuffer plane;
+  std::vector<cl::ComplexBuffer> planes;                                 // by slot
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
@@ -126,18 +168,20 @@ struct Light::State {
   int transforms = 0;
 };
 
-Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
-                    const Optics& its_optics, std::vector<PictureGrid> its_grids)
-    : device(its_device),
-      backend(its_backend),
-      optics(its_optics),
-      grids(std::move(its_grids)),
-      program(device, "kernels/refine/refine.cl",
-              {{option::lanes, std::to_string(device.info().float_lanes)}}) {
-  std::size_t largest = 1;
+void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_grids) {
+  optics = its_optics;
+  grids = std::move(its_grids);
+  tables.clear();
+  propagator.reset();
+  transforms = 0;
+  double farthest_m = 0;
+  for (const auto& grid : grids) farthest_m = std::max(farthest_m, grid.z_m);
+  std::vector<std::size_t> largest;  // by slot
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
-    largest = std::max(largest, area(grid.size));
+    largest.resize(std::max(largest.size(), count_of(grid.slot) + 1));
+    auto& samples = largest[count_of(grid.slot)];
+    samples = std::max(samples, area(grid.size));
     Tables t;
     const auto on_device = [&](const std::vector<Sample>& values) {
       return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
@@ -163,7 +207,7 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
       t.row_chirp = on_device(mask(n.y, first.y, count.y));
       if (!propagator) {
         propagator.emplace(device, PropagatorSpec{n, optics.pitch_m, optics.wavelength_m,
-                                                  Optics::exact_padding, backend});
+                                                  Optics::exact_padding, backend, farthest_m});
         at_hologram = {device, area(n), "field at the hologram"};
       }
       for (const auto& tile : tiles_of(grid.size, n, optics.pitch_m))
@@ -171,7 +215,12 @@ Light::State::State(const cl::Device& its_device, cl::FftBackend its_backend,
     }
     tables.push_back(std::move(t));
   }
-  plane = {device, largest, "light of the pictures"};
+  planes.resize(largest.size());
+  for (std::size_t slot = 0; slot < planes.size(); ++slot) {
+    if (planes[slot].size() == largest[slot]) continue;
+    planes[slot] = {};  // frees the old memory first
+    planes[slot] = {device, largest[slot], "light of the pictures"};
+  }
 }
 
 cl::Kernel& Light::State::kernel(const char* name) {
@@ -190,8 +239,10 @@ PlanePart Light::State::live_in_picture(const PictureGrid& grid) const {
 }
 
 /// inverse: from the hologram to the picture
-void Light::State::transform(const PictureGrid& grid, bool inverse) {
+void Light::State::transform(std::size_t key, bool inverse) {
   ++transforms;
+  const auto& grid = grids[key];
+  auto& plane = this->plane(key);
   const std::pair shape(grid.size.x, grid.size.y);
   if (backend != cl::FftBackend::host) {
     auto& fft = *device_ffts.at(shape);
@@ -231,7 +282,8 @@ void Light::State::show_exactly(std::size_t key) {
     propagator->collect(at_hologram);
     ++transforms;
     run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane, grid.size.x, grid.size.y, tiles[i].first.x, tiles[i].first.y,
+             optics.size.y, plane(key), grid.size.x, grid.size.y, tiles[i].first.x,
+             tiles[i].first.y,
              std::int32_t{0});
   }
 }
@@ -241,7 +293,7 @@ void Light::State::back_exactly(std::size_t key) {
   const auto& grid = grids[key];
   for (const auto& tile : tiles_of(grid.size, optics.size, optics.pitch_m)) {
     run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane, grid.size.x, grid.size.y, tile.first.x, tile.first.y,
+             optics.size.y, plane(key), grid.size.x, grid.size.y, tile.first.x, tile.first.y,
              std::int32_t{1});
     const Target target{-tile.centre_m, grid.z_m};
     propagator->load(at_hologram, 0, {&target, 1});
@@ -254,21 +306,23 @@ void Light::State::back_exactly(std::size_t key) {
 
 const cl::ComplexBuffer& Light::State::back(std::size_t key) {
   if (fresnel(key)) {
-    transform(grids[key], false);
-    return plane;
+    transform(key, false);
+    return plane(key);
   }
   back_exactly(key);
   return at_hologram;
 }
 
-Light::Light(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
-             std::vector<PictureGrid> grids)
-    : state_(std::make_unique<State>(device, backend, optics, std::move(grids))) {}
+Light::Light(const cl::Device& device, cl::FftBackend backend)
+    : state_(std::make_unique<State>(device, backend)) {}
+void Light::fit(const Optics& optics, std::vector<PictureGrid> grids) {
+  state_->fit(optics, std::move(grids));
+}
 Light::~Light() = default;
 Light::Light(Light&&) noexcept = default;
 
 const PictureGrid& Light::grid(std::size_t key) const { return state_->grids[key]; }
-cl::ComplexBuffer& Light::plane() { return state_->plane; }
+cl::ComplexBuffer& Light::plane(std::size_t key) { return state_->plane(key); }
 int Light::transforms() const { return state_->transforms; }
 
 OpenPart Light::read_back(std::size_t key) const {
@@ -288,8 +342,8 @@ void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   }
   // FFTs of the device read all of the plane.
   const auto written = s.backend == cl::FftBackend::host ? grid.open.size : grid.size;
-  s.spread(holograms, frame, key, s.plane, grid.size.x, written.x, written.y);
-  s.transform(grid, true);
+  s.spread(holograms, frame, key, s.plane(key), grid.size.x, written.x, written.y);
+  s.transform(key, true);
 }
 
 void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step) {

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <memory>
+#include <optional>
 #include <vector>
 
 #include "cl/fft.hpp"
@@ -17,10 +18,18 @@ namespace raywave::refinement {
 /// that packets may begin in any column.
 class PhaseStack {
 public:
-  /// Takes the phases of a field; zero samples have phase 0.
-  PhaseStack(const cl::Device& device, const FieldStack& field);
+  explicit PhaseStack(const cl::Device& device) : device_(device) {}
+
+  /// Makes room for holograms, whose phases `take` brings.
+  void resize(glm::ivec2 size, int frames);
+  /// Takes the phases of all frames of the host's fields; zero samples have phase 0.
+  void take(const FieldStack& field);
+  /// The same of a tile of a frame, rows without gaps in device memory.
+  void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame);
 
   FieldStack read() const;
+  /// The samples of a frame, rows without gaps; valid until the next call.
+  const cl::ComplexBuffer& frame(int frame);
   glm::ivec2 size() const { return size_; }
   int frames() const { return frames_; }
   std::int32_t pitch() const { return pitch_; }
@@ -30,26 +39,31 @@ public:
   cl::ComplexBuffer samples;
 
 private:
+  cl::Device device_;
+  std::optional<cl::Kernel> take_phases_;
+  cl::ComplexBuffer frame_;
   glm::ivec2 size_{0, 0};
   int frames_ = 0;
   std::int32_t pitch_ = 0;
 };
 
-/// The operators of a list of keys. They share one plane, which holds the light of the key that was
-/// shown last.
+/// The operators of a list of keys. Keys of one slot share a plane, which holds the light of the one
+/// that was shown last.
 class Light {
 public:
+  Light(const cl::Device& device, cl::FftBackend backend);
+  /// Takes other keys. Memory and transforms that fit are kept.
+  ///
   /// throws  DeviceError when memory is out or the back end does not serve the sizes; InputError
   ///         where no light of the hologram reaches a picture
-  Light(const cl::Device& device, cl::FftBackend backend, const Optics& optics,
-        std::vector<PictureGrid> grids);
+  void fit(const Optics& optics, std::vector<PictureGrid> grids);
   ~Light();
   Light(Light&&) noexcept;
 
   const PictureGrid& grid(std::size_t key) const;
   /// Rows of grid.size.x samples. Right after `show` in the region and the blur's margin around it,
   /// as far as the plane goes.
-  cl::ComplexBuffer& plane();
+  cl::ComplexBuffer& plane(std::size_t key);
   /// Samples of the plane that `back` reads: they have to be zero outside the region. With FFTs on
   /// the host that is the region alone.
   OpenPart read_back(std::size_t key) const;
@@ -70,7 +84,7 @@ public:
   /// Factor from the plane to the values of a unitary transform.
   double unitary(std::size_t key) const;
 
-  int transforms() const;  // FFTs of planes so far
+  int transforms() const;  // FFTs of planes since `fit`
 
 private:
   struct State;

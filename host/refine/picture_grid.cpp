@@ -19,8 +19,11 @@ constexpr int packet = PictureGrid::packet;
 
 int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 
-std::vector<float> blur_weights(double sigma_px) {
-  const int radius = static_cast<int>(4 * sigma_px + 0.5);
+/// Blur in distances of dots at which none is seen: 0.8 % of their contrast is left.
+constexpr double blur_of_dots = 0.5;
+
+std::vector<float> blur_weights(double sigma_px, int most = 1 << 20) {
+  const int radius = std::min(static_cast<int>(4 * sigma_px + 0.5), most);
   std::vector<double> weights{1};
   double sum = 1;
   for (int k = 1; k <= radius; ++k) {
@@ -213,7 +216,19 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
                       grid.known_size.y};
   grid.weights_x = blur_weights(optics.blur_m / grid.pixel_m.x);
   grid.weights_y = blur_weights(optics.blur_m / grid.pixel_m.y);
+  if (key.samples) {
+    const double sigma_m = std::max(optics.blur_m, blur_of_dots * key.samples->dots * key.z_m);
+    grid.sample_weights_x = blur_weights(sigma_m / grid.pixel_m.x, grid.margin_x());
+    grid.sample_weights_y = blur_weights(sigma_m / grid.pixel_m.y, grid.radius_y());
+  }
 
+  if (key.samples) {
+    // All of the plane's pixels in the region are known, in units of light of a hologram pixel.
+    grid.known_first = grid.region_first;
+    grid.known_size = grid.region_size;
+    grid.unit = 1 / (1.0 * grid.size.x * grid.size.y);
+    return grid;
+  }
   // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
   const double open_share =
       1.0 * grid.open.size.x * grid.open.size.y / (1.0 * optics.size.x * optics.size.y);

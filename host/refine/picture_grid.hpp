@@ -4,16 +4,18 @@
 #pragma once
 
 #include <glm/vec2.hpp>
+#include <memory>
 #include <vector>
 
 #include "host/plan/key_places.hpp"
 #include "host/scene/read_data.hpp"
+#include "host/trace/sample_light.hpp"
 
 namespace raywave::refinement {
 
 enum class Propagation {
   fresnel,  // one transform, padded; pixels grow with the distance
-  exact,    // angular spectrum, padded 2; pixels are the hologram's
+  exact,    // angular spectrum; pixels are the hologram's
 };
 
 /// The hologram that is refined, and how its light is propagated.
@@ -26,18 +28,26 @@ struct Optics {
   static constexpr double exact_padding = 2;
 };
 
-/// A picture that the hologram should show: radiance around the axis, as lens_picture makes it.
+/// A picture that the hologram should show: radiance around the axis, as lens_picture makes it, or
+/// light of samples. Keys of one round follow each other and open different parts of the hologram;
+/// an iteration takes a round.
 struct Key {
   double z_m = 0.1;           // distance of the plane in focus, > 0
   glm::dvec2 view{0, 0};      // centre of the open part of the hologram, in half holograms
   glm::dvec2 aperture{1, 1};  // its size in holograms
-  Image picture;              // nothing is known beyond its edges
+  Image picture{};            // nothing is known beyond its edges
   glm::dvec2 pixel_m{1, 1};   // pixel of the picture
   int times = 1;              // how often it is drawn in each round
   // Pixels are means over their area (LensSpec::area), which blurs by itself; else they are samples
   bool area = false;
+  int round = 0;
+  // Instead of a picture: the samples, whose light is asked for in a window
+  std::shared_ptr<const SampleLight> samples{};
+  glm::dvec2 sample_window_m{0, 0};
 
-  glm::dvec2 window_m() const { return glm::dvec2(picture.width, picture.height) * pixel_m; }
+  glm::dvec2 window_m() const {
+    return samples ? sample_window_m : glm::dvec2(picture.width, picture.height) * pixel_m;
+  }
 };
 
 /// The rectangle of hologram pixels that an aperture leaves open.
@@ -53,6 +63,7 @@ struct PictureGrid {
   Propagation propagation = Propagation::fresnel;
   double z_m = 0.1;
   OpenPart open;
+  int slot = 0;           // the key's number in its round: its plane in memory
   glm::ivec2 size{1, 1};  // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   // Pixels that the picture covers, widened to whole packets in x
@@ -60,6 +71,8 @@ struct PictureGrid {
   glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
   // Weights of the blur at 0, 1, ..., per axis; both sides sum to 1
   std::vector<float> weights_x, weights_y;
+  // The same for light of samples, which blurs away their dots as well
+  std::vector<float> sample_weights_x, sample_weights_y;
   // Intensity on the plane per radiance, up to a factor that all keys share: times |transform|^2
   // it gives numbers that are proportional to the key's picture
   double unit = 1;

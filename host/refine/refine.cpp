@@ -12,8 +12,10 @@
 #include "cl/program.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/refine/light.hpp"
+#include "host/refine/sample_picture.hpp"
 
 namespace raywave {
 namespace {
@@ -29,10 +31,8 @@ double seconds_since(Clock::time_point start) {
   return std::chrono::duration<double>(Clock::now() - start).count();
 }
 
-void check(const FieldStack& start, std::span<const RefineKey> keys, const RefineSpec& spec) {
+void check(std::span<const RefineKey> keys, const RefineSpec& spec) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (start.nx < 1 || start.ny < 1 || start.frames < 1)
-    throw InputError("refinement: the hologram has no pixels");
   if (keys.empty()) throw InputError("refinement: at least 1 picture is needed");
   if (!positive(spec.pitch_m.x) || !positive(spec.pitch_m.y) || !positive(spec.wavelength_m))
     throw InputError("refinement: pitch and wavelength must be > 0");
@@ -45,6 +45,7 @@ void check(const FieldStack& start, std::span<const RefineKey> keys, const Refin
   for (const auto& key : keys) {
     const auto& p = key.picture;
     const auto where = "refinement: the picture at " + length_text(key.z_m);
+    if (key.samples) continue;
     if (p.width < 1 || p.height < 1 ||
         p.pixels.size() != static_cast<std::size_t>(p.width) * static_cast<std::size_t>(p.height))
       throw InputError(where + " is empty");
@@ -56,53 +57,79 @@ void check(const FieldStack& start, std::span<const RefineKey> keys, const Refin
 
 Propagation propagation_of(const refinement::Optics& optics, const RefineKey& key,
                            const RefineSpec& spec) {
+  if (key.samples) return Propagation::fresnel;
   if (spec.propagation) return *spec.propagation;
   return refinement::fresnel_limits(optics, key.z_m, key.window_m()).hold() ? Propagation::fresnel
                                                                             : Propagation::exact;
 }
 
 /// Refuses what the device has no memory for, before any is taken.
-void require_memory(const cl::Device& device, const FieldStack& start,
+void require_memory(const cl::Device& device, glm::ivec2 size, int frames,
                     const std::vector<PictureGrid>& grids) {
   const auto area = [](glm::ivec2 n) {
     return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
   };
   const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
   std::vector<cl::MemoryNeed> needs;
-  std::uint64_t plane = 0, wide = 0;
+  std::vector<std::uint64_t> planes, wides;  // by slot
   for (const auto& grid : grids) {
-    plane = std::max(plane, area(grid.size));
-    wide = std::max(wide, area(grid.wide_size()));
+    const auto slot = static_cast<std::size_t>(grid.slot);
+    planes.resize(std::max(planes.size(), slot + 1));
+    wides.resize(planes.size());
+    planes[slot] = std::max(planes[slot], area(grid.size));
+    wides[slot] = std::max(wides[slot], area(grid.wide_size()));
     needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
-    if (start.frames > 1)
+    if (frames > 1)
       needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
   }
   needs.push_back({"phases of the holograms",
-                   area({start.nx + 2 * PictureGrid::packet, start.ny}) *
-                       static_cast<std::uint64_t>(start.frames) * 8,
+                   area({size.x + 2 * PictureGrid::packet, size.y}) *
+                       static_cast<std::uint64_t>(frames) * 8,
                    advice});
-  needs.push_back({"light of the pictures", plane * 8, advice});
-  needs.push_back({"intensity", wide * 4, advice});
-  needs.push_back({"blurred intensity", wide * 4, advice});
+  needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
+  for (std::size_t slot = 0; slot < planes.size(); ++slot) {
+    needs.push_back({"light of the pictures", planes[slot] * 8, advice});
+    needs.push_back({"blurred intensity", wides[slot] * 4, advice});
+  }
   cl::require_memory(device, needs);
 }
 
-/// Draws keys as often as each asks for, evenly spread over the iterations, so that no key has been
+/// Keys that an iteration takes together: numbers from first to the one before end.
+struct Round {
+  std::size_t first = 0, end = 0;
+};
+
+std::vector<Round> rounds_of(std::span<const RefineKey> keys) {
+  std::vector<Round> rounds;
+  for (std::size_t key = 0; key < keys.size(); ++key) {
+    if (key == 0 || !keys[key].samples || keys[key].round != keys[key - 1].round)
+      rounds.push_back({key, key});
+    ++rounds.back().end;
+  }
+  return rounds;
+}
+
+/// Draws rounds as often as each asks for, evenly spread over the iterations, so that none has been
 /// forgotten when they end. The order differs from frame to frame.
 class Draw {
 public:
-  Draw(std::span<const RefineKey> keys, std::uint32_t seed) : random_(seed) {
-    for (const auto& key : keys) times_.push_back(key.times);
+  Draw(std::span<const RefineKey> keys, const std::vector<Round>& rounds, const RefineSpec& spec)
+      : random_(spec.seed), in_order_(spec.in_order) {
+    for (const auto& round : rounds) times_.push_back(keys[round.first].times);
   }
-  /// Begins a frame: keys have waited for a random part of their periods.
-  void begin_frame() {
+  /// Begins a frame: rounds have waited for a random part of their periods.
+  void begin_frame(int iterations) {
+    // In order, the last iteration takes the last round.
+    const auto rounds = times_.size(), over = static_cast<std::size_t>(iterations) % rounds;
+    turn_ = (rounds - over) % rounds;
     waited_.clear();
     for (const int times : times_)
       waited_.push_back(times * static_cast<double>(random_()) * 0x1p-32);
     all_ = std::accumulate(times_.begin(), times_.end(), 0.0);
   }
-  /// The key that has waited longest, in its own periods.
+  /// The round that has waited longest, in its own periods.
   std::size_t next() {
+    if (in_order_) return turn_++ % times_.size();
     for (std::size_t key = 0; key < times_.size(); ++key) waited_[key] += times_[key];
     const auto longest = std::max_element(waited_.begin(), waited_.end());
     *longest -= all_;
@@ -111,6 +138,8 @@ public:
 
 private:
   std::mt19937 random_;
+  bool in_order_;
+  std::size_t turn_ = 0;
   std::vector<int> times_;
   std::vector<double> waited_;
   double all_ = 0;
@@ -144,41 +173,84 @@ std::size_t key_of_brightness(const std::vector<PictureGrid>& grids) {
 /// The iterations, with everything on the device.
 class Loop {
 public:
-  Loop(const cl::Device& device, cl::FftBackend backend, const refinement::Optics& optics,
-       std::span<const RefineKey> keys, const std::vector<PictureGrid>& grids,
-       std::size_t bright_key, bool feeds_back)
+  Loop(const cl::Device& device, cl::FftBackend backend)
       : device_(device),
-        light_(device, backend, optics, grids),
+        light_(device, backend),
         program_(device, "kernels/refine/refine.cl",
                  {{option::lanes, std::to_string(device.info().float_lanes)}}),
         intensity_(program_.kernel("intensity")),
         blur_rows_(program_.kernel("blur_rows")),
         correct_(program_.kernel("correct")),
-        add_picture_(program_.kernel("add_picture")) {
-    std::size_t wide = 1, blurred = 1, region = 1;
+        add_picture_(program_.kernel("add_picture")),
+        sum_known_(program_.kernel("sum_known")) {}
+
+  /// Takes other keys. Memory that suffices is kept.
+  void fit(const refinement::Optics& optics, std::span<const RefineKey> keys,
+           const std::vector<PictureGrid>& grids, bool feeds_back) {
+    light_.fit(optics, grids);
+    scale_ = 1;
+    // Intensities are in this unit, so that they are near 1.
+    unit_ = keys.front().samples ? 1 : keys.front().z_m * keys.front().z_m;
+    std::size_t wide = 1, region = 1, rows = 1;
+    std::vector<std::size_t> blurred;  // by slot
+    for (const auto& grid : grids) {
+      blurred.resize(std::max(blurred.size(), static_cast<std::size_t>(grid.slot) + 1));
+      auto& of_slot = blurred[static_cast<std::size_t>(grid.slot)];
+      of_slot = std::max(of_slot, pixels({grid.region_size.x, grid.wide_size().y}));
+      wide = std::max(wide, pixels(grid.wide_size()));
+      region = std::max(region, pixels(grid.region_size));
+      rows = std::max(rows, static_cast<std::size_t>(grid.region_size.y));
+    }
+    make_room(wide_, wide, "intensity");
+    blurred_.resize(std::max(blurred_.size(), blurred.size()));
+    for (std::size_t slot = 0; slot < blurred.size(); ++slot)
+      make_room(blurred_[slot], blurred[slot], "blurred intensity");
+    make_room(shown_, region, "picture");
+    make_room(row_sums_, rows, "light of rows");
+    pictures_.resize(keys.size());
+
+    auto& threads = cl::Threads::shared();
+    std::vector<std::vector<float>> targets(keys.size());
+    threads.for_each(threads.count(), keys.size(), 1, [&](std::size_t, std::size_t key) {
+      targets[key] = keys[key].samples
+                         ? refinement::sample_picture(optics, grids[key], *keys[key].samples)
+                         : refinement::blurred_target(optics, keys[key], grids[key]);
+    });
     for (std::size_t key = 0; key < keys.size(); ++key) {
       const auto& grid = grids[key];
-      const auto target = refinement::blurred_target(optics, keys[key], grid);
-      Picture picture;
-      for (const float value : target) picture.light += std::max(value, 0.0f);
-      if (!(picture.light > 0))
+      const auto on_device = [&](const std::vector<float>& values) {
+        return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
+      };
+      auto& picture = pictures_[key];
+      make_room(picture.target, pixels(grid.region_size), "target");
+      if (keys[key].samples) {
+        picture.weights_x = on_device(grid.sample_weights_x);
+        picture.weights_y = on_device(grid.sample_weights_y);
+        wide_.write(targets[key]);
+        blur_rows(grid, picture);
+        add_picture(grid, picture, picture.target, false);
+      } else {
+        picture.target.write(targets[key]);
+      }
+      targets[key] = {};
+      picture.weights_x = on_device(grid.weights_x);
+      picture.weights_y = on_device(grid.weights_y);
+      picture.light = known_light(grid, picture.target, picture.target);
+      if (!(picture.light > 0) && !keys[key].samples)
         throw InputError("refinement: the picture at " + length_text(grid.z_m) + " is black");
-      picture.target = {device, std::span<const float>(target), "target"};
-      picture.weights_x = {device, std::span<const float>(grid.weights_x), "blur"};
-      picture.weights_y = {device, std::span<const float>(grid.weights_y), "blur"};
       if (feeds_back) {
-        picture.former = {device, target.size(), "intensity of former frames"};
+        make_room(picture.former, pixels(grid.region_size), "intensity of former frames");
         picture.former.fill_zero();
       }
-      if (key == bright_key) bright_target_ = target;
-      pictures_.push_back(std::move(picture));
-      wide = std::max(wide, pixels(grid.wide_size()));
-      blurred = std::max(blurred, pixels({grid.region_size.x, grid.wide_size().y}));
-      region = std::max(region, target.size());
     }
-    wide_ = {device, wide, "intensity"};
-    blurred_ = {device, blurred, "blurred intensity"};
-    shown_ = {device, region, "picture"};
+  }
+
+  void look(const PhaseStack& holograms, int frame, const Round& round) {
+    for (auto key = round.first; key < round.end; ++key) look(holograms, frame, key);
+  }
+  void correct(PhaseStack& holograms, int frame, const Round& round, int number, double step) {
+    for (auto key = round.first; key < round.end; ++key)
+      correct(holograms, frame, key, number, step);
   }
 
   /// The key's intensity, blurred along x.
@@ -186,38 +258,32 @@ public:
     const auto& grid = light_.grid(key);
     light_.show(holograms, frame, key);
     const auto wide = grid.wide_size();
-    run_rows(device_, intensity_, wide.x, wide.y, light_.plane(), grid.size.x, grid.size.y, wide_,
-             grid.region_first.x, grid.region_first.y, grid.region_size.x, grid.region_size.y,
-             grid.margin_x(), grid.radius_y(), static_cast<float>(grid.unit / unit_));
-    run_rows(device_, blur_rows_, grid.region_size.x, wide.y, wide_, pictures_[key].weights_x,
-             grid.radius_x(), blurred_, grid.region_size.x, grid.margin_x(), wide.y);
+    run_rows(device_, intensity_, wide.x, wide.y, light_.plane(key), grid.size.x, grid.size.y,
+             wide_, grid.region_first.x, grid.region_first.y, grid.region_size.x,
+             grid.region_size.y, grid.margin_x(), grid.radius_y(),
+             static_cast<float>(grid.unit / unit_));
+    blur_rows(grid, pictures_[key]);
   }
 
-  /// Adds the key's blurred intensity to a sum of such.
-  void add_picture(std::size_t key, cl::Buffer<float>& sum, bool accumulate) {
-    const auto& grid = light_.grid(key);
-    run_rows(device_, add_picture_, grid.region_size.x, grid.region_size.y, blurred_,
-             pictures_[key].weights_y, grid.radius_y(), sum, static_cast<std::int32_t>(accumulate),
-             grid.region_size.x, grid.region_size.y, grid.radius_y());
-  }
-
-  /// Sets the scale of the brightness, by the key of brightness, which was looked at: what the
-  /// frames so far and this one have there is what is wanted. Once per frame, on the host: the sum
-  /// needs doubles, which devices need not have.
-  void keep_brightness(std::size_t key, int number, double brightness) {
-    add_picture(key, shown_, false);
-    const auto& picture = pictures_[key];
-    std::vector<float> shown(bright_target_.size()), former(shown.size());
-    shown_.read(shown);
-    if (number > 1) former = picture.former.read();
-    double sum = 0;
-    for (std::size_t i = 0; i < shown.size(); ++i)
-      if (bright_target_[i] >= 0)
-        sum += static_cast<double>(shown[i]) + static_cast<double>(former[i]);
+  /// Sets the scale of the brightness, by a round that was looked at: what the frames so far and
+  /// this one have there is what is wanted. Once per frame.
+  void keep_brightness(const Round& round, int number, double brightness) {
+    double sum = 0, light = 0;
+    for (auto key = round.first; key < round.end; ++key) {
+      const auto& grid = light_.grid(key);
+      const auto& picture = pictures_[key];
+      add_picture(grid, picture, shown_, false);
+      sum += known_light(grid, shown_, picture.target);
+      if (number > 1) sum += known_light(grid, picture.former, picture.target);
+      light += picture.light;
+    }
+    if (!(light > 0))
+      throw InputError("refinement: the samples bring no light to the picture at " +
+                       length_text(light_.grid(round.first).z_m));
     if (!(sum > 0))
       throw InputError("refinement: no light of the hologram reaches the picture at " +
-                       length_text(light_.grid(key).z_m));
-    scale_ = number * picture.light / sum / brightness;
+                       length_text(light_.grid(round.first).z_m));
+    scale_ = number * light / sum / brightness;
   }
 
   /// Moves the phases towards the key that was looked at.
@@ -226,8 +292,8 @@ public:
     const auto& picture = pictures_[key];
     const auto part = light_.read_back(key);
     const bool has_former = number > 1;
-    run_rows(device_, correct_, part.size.x, part.size.y, light_.plane(), grid.size.x, blurred_,
-             picture.weights_y, grid.radius_y(), picture.target,
+    run_rows(device_, correct_, part.size.x, part.size.y, light_.plane(key), grid.size.x,
+             blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
              has_former ? picture.former : picture.target, static_cast<std::int32_t>(has_former),
              static_cast<float>(number / scale_), grid.region_first.x, grid.region_first.y,
              grid.region_size.x, grid.region_size.y, grid.radius_y(), part.first.x, part.size.x,
@@ -239,15 +305,13 @@ public:
   void add_frame(const PhaseStack& holograms, int frame) {
     for (std::size_t key = 0; key < pictures_.size(); ++key) {
       look(holograms, frame, key);
-      add_picture(key, pictures_[key].former, true);
+      add_picture(light_.grid(key), pictures_[key], pictures_[key].former, true);
     }
   }
 
   const Light& light() const { return light_; }
   /// RefineResult::brightness
   double brightness() const { return unit_ / scale_; }
-  /// Intensities are in this unit, so that they are near 1.
-  void set_unit(double unit) { unit_ = unit; }
 
 private:
   static std::size_t pixels(glm::ivec2 n) {
@@ -259,28 +323,93 @@ private:
     double light = 0;  // sum of the target
   };
 
+  void make_room(cl::Buffer<float>& buffer, std::size_t size, const char* name) {
+    if (buffer.size() >= size) return;
+    buffer = {};  // frees the old memory first
+    buffer = {device_, size + size / 8, name};
+  }
+
+  cl::Buffer<float>& blurred_of(const PictureGrid& grid) {
+    return blurred_[static_cast<std::size_t>(grid.slot)];
+  }
+
+  /// From wide_, along x.
+  void blur_rows(const PictureGrid& grid, const Picture& picture) {
+    const int rows = grid.wide_size().y;
+    run_rows(device_, blur_rows_, grid.region_size.x, rows, wide_, picture.weights_x,
+             static_cast<std::int32_t>(picture.weights_x.size()) - 1, blurred_of(grid),
+             grid.region_size.x, grid.margin_x(), rows);
+  }
+
+  /// Adds the intensity that is blurred along x to a sum of such, blurred along y too.
+  void add_picture(const PictureGrid& grid, const Picture& picture, cl::Buffer<float>& sum,
+                   bool accumulate) {
+    run_rows(device_, add_picture_, grid.region_size.x, grid.region_size.y, blurred_of(grid),
+             picture.weights_y, static_cast<std::int32_t>(picture.weights_y.size()) - 1, sum,
+             static_cast<std::int32_t>(accumulate), grid.region_size.x, grid.region_size.y,
+             grid.radius_y());
+  }
+
+  /// Sum of the values whose target is known. Rows are added on the host: devices need not have
+  /// doubles.
+  double known_light(const PictureGrid& grid, const cl::Buffer<float>& values,
+                     const cl::Buffer<float>& target) {
+    const auto rows = static_cast<std::size_t>(grid.region_size.y);
+    const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
+    sum_known_.run({rows}, {cpu ? 1u : 64u}, values, target, row_sums_, grid.region_size.x,
+                   grid.region_size.y);
+    std::vector<float> sums(rows);
+    row_sums_.read(sums);
+    return std::accumulate(sums.begin(), sums.end(), 0.0);
+  }
+
   cl::Device device_;
   Light light_;
   cl::Program program_;
-  cl::Kernel intensity_, blur_rows_, correct_, add_picture_;
+  cl::Kernel intensity_, blur_rows_, correct_, add_picture_, sum_known_;
   std::vector<Picture> pictures_;
-  std::vector<float> bright_target_;  // target of the key of brightness
-  cl::Buffer<float> wide_, blurred_, shown_;
+  std::vector<cl::Buffer<float>> blurred_;  // by slot
+  cl::Buffer<float> wide_, shown_, row_sums_;
   double scale_ = 1, unit_ = 1;
 };
 
 }  // namespace
 
+struct Refiner::State {
+  State(const cl::Device& its_device, cl::FftBackend backend)
+      : device(its_device), holograms(its_device), loop(its_device, backend) {}
+  cl::Device device;
+  PhaseStack holograms;
+  Loop loop;
+};
+
+Refiner::Refiner(const cl::Device& device, cl::FftBackend backend)
+    : state_(std::make_unique<State>(device, backend)) {}
+Refiner::~Refiner() = default;
+Refiner::Refiner(Refiner&&) noexcept = default;
+refinement::PhaseStack& Refiner::holograms() { return state_->holograms; }
+
 RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
                     std::span<const RefineKey> keys, const RefineSpec& spec) {
-  check(start, keys, spec);
+  if (start.nx < 1 || start.ny < 1 || start.frames < 1)
+    throw InputError("refinement: the hologram has no pixels");
+  Refiner refiner(device, backend);
+  refiner.holograms().take(start);
+  auto result = refiner.run(keys, spec);
+  result.field = refiner.holograms().read();
+  return result;
+}
+
+RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spec) {
+  check(keys, spec);
+  auto& [device, holograms, loop] = *state_;
   const auto prepared = Clock::now();
   const auto report = [&](const std::string& what, double share) {
     if (spec.progress) spec.progress(what, share);
   };
   report("targets and kernels", 0);
   const refinement::Optics optics{
-      {start.nx, start.ny}, spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
+      holograms.size(), spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
   RefineResult result;
   std::vector<PictureGrid> grids;
   for (const auto& key : keys) {
@@ -288,32 +417,39 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     result.figures.exact_keys += propagation == Propagation::exact;
     grids.push_back(picture_grid(optics, key, propagation));
   }
-  require_memory(device, start, grids);
-  const int frames = start.frames;
+  const auto rounds = rounds_of(keys);
+  for (const auto& round : rounds) {
+    for (auto key = round.first; key < round.end; ++key)
+      grids[key].slot = static_cast<int>(key - round.first);
+  }
+  const int frames = holograms.frames();
+  require_memory(device, holograms.size(), frames, grids);
   const auto bright_key = key_of_brightness(grids);
-  Loop loop(device, backend, optics, keys, grids, bright_key, frames > 1);
-  loop.set_unit(keys.front().z_m * keys.front().z_m);
-  PhaseStack holograms(device, start);
+  const auto bright_round = static_cast<std::size_t>(
+      std::find_if(rounds.begin(), rounds.end(),
+                   [&](const Round& round) { return bright_key < round.end; }) -
+      rounds.begin());
+  loop.fit(optics, keys, grids, frames > 1);
   device.finish();
   result.figures.prepare_s = seconds_since(prepared);
 
   const auto began = Clock::now();
-  Draw draw(keys, spec.seed);
+  Draw draw(keys, rounds, spec);
   int iterations = spec.iterations;
   if (spec.budget_s) {
     // Steps of zero leave the hologram as it is. The first iteration is slower than the others.
     double each_s = 0;
-    const int trials = 1 + static_cast<int>(std::min<std::size_t>(3, keys.size()));
+    const int trials = 1 + static_cast<int>(std::min<std::size_t>(3, rounds.size()));
     for (int trial = 0; trial < trials; ++trial) {
       const auto trial_began = Clock::now();
-      const std::size_t key = static_cast<std::size_t>(trial) * (keys.size() - 1) /
-                              static_cast<std::size_t>(trials - 1);
-      loop.look(holograms, 0, key);
-      loop.correct(holograms, 0, key, 1, 0);
+      const auto& round = rounds[static_cast<std::size_t>(trial) * (rounds.size() - 1) /
+                                 static_cast<std::size_t>(trials - 1)];
+      loop.look(holograms, 0, round);
+      loop.correct(holograms, 0, round, 1, 0);
       device.finish();
       if (trial > 0) each_s += seconds_since(trial_began) / (trials - 1);
     }
-    const double for_sums_s = 0.5 * each_s * static_cast<double>(keys.size()) * (frames - 1),
+    const double for_sums_s = 0.5 * each_s * static_cast<double>(rounds.size()) * (frames - 1),
                  left_s = *spec.budget_s - seconds_since(began) - for_sums_s;
     iterations = std::clamp(static_cast<int>(left_s / (each_s * frames)), 1, 100000);
   }
@@ -322,12 +458,12 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
     const auto name = frames > 1
                           ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
                           : std::string("refine");
-    draw.begin_frame();
+    draw.begin_frame(iterations);
     for (int t = 0; t < iterations; ++t) {
-      const auto key = t == 0 ? bright_key : draw.next();
-      loop.look(holograms, frame, key);
-      if (t == 0) loop.keep_brightness(key, frame + 1, spec.brightness);
-      loop.correct(holograms, frame, key, frame + 1,
+      const auto& round = rounds[t == 0 && !spec.in_order ? bright_round : draw.next()];
+      loop.look(holograms, frame, round);
+      if (t == 0) loop.keep_brightness(round, frame + 1, spec.brightness);
+      loop.correct(holograms, frame, round, frame + 1,
                    spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
       report(name, (frame + (t + 1.0) / iterations) / frames);
     }
@@ -336,7 +472,6 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
   device.finish();
   result.figures.loop_s = seconds_since(began);
   result.figures.transforms = static_cast<double>(loop.light().transforms()) / frames;
-  result.field = holograms.read();
   result.brightness = loop.brightness();
   return result;
 }

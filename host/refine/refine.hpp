@@ -3,7 +3,8 @@
 /// show what a lens sees.
 ///
 /// Alternating projections in the manner of Gerchberg and Saxton, on blurred intensities. Each
-/// iteration draws one key (a depth, and an aperture) and propagates the hologram h to it. There
+/// iteration draws a key (a depth, and an aperture), or a round of keys whose apertures differ, and
+/// propagates the hologram h to it. There
 /// the light is multiplied by c, the root of the ratio between the blurred intensity wanted and the
 /// one shown. What that adds goes back to the hologram, and h is projected to modulus 1:
 /// h <- (h + a A*[(c - 1) A h]) / | |. Steps a fall linearly. Each frame corrects what the sum of
@@ -11,6 +12,7 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -35,7 +37,10 @@ struct RefineSpec {
   // Light wanted in the pictures, relative to what the start has there
   double brightness = 1;
   double padding = 1.25;   // padding of the Fresnel propagation
-  std::uint32_t seed = 1;  // seed of the order in which keys are drawn
+  std::uint32_t seed = 1;  // seed of the order in which rounds are drawn
+  // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
+  // often as Key::times asks for
+  bool in_order = false;
   // Empty: Fresnel where refinement::FresnelLimits hold, else exact
   std::optional<refinement::Propagation> propagation;
   // Called with the current step ("frame 2 of 4") and the completed share, 0 to 1
@@ -51,7 +56,7 @@ struct RefineFigures {
 };
 
 struct RefineResult {
-  FieldStack field;  // as many frames as the start's, samples of modulus 1
+  FieldStack field;  // of `refine`: as many frames as the start's, samples of modulus 1
   // Brightness that was asked for: intensity on a plane times the square of its distance, per
   // radiance of the pictures. Holograms of one scene and size compare by it
   double brightness = 1;
@@ -67,6 +72,27 @@ struct RefineResult {
 /// iterations.
 RefineResult refine(const cl::Device& device, cl::FftBackend backend, const FieldStack& start,
                     std::span<const RefineKey> keys, const RefineSpec& spec);
+
+namespace refinement {
+class PhaseStack;
+}
+
+/// Refines holograms that stay on the device. What serves one picture is kept for the next.
+class Refiner {
+public:
+  Refiner(const cl::Device& device, cl::FftBackend backend);
+  ~Refiner();
+  Refiner(Refiner&&) noexcept;
+
+  /// What `run` starts from, and then its result.
+  refinement::PhaseStack& holograms();
+  /// As `refine`, but for the field.
+  RefineResult run(std::span<const RefineKey> keys, const RefineSpec& spec);
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
 
 /// Brightness of `raywave refine --brighter`: 0.93 of the light in the window instead of 0.85.
 constexpr double brighter = 1.15;

@@ -30,6 +30,7 @@ RefineStage::RefineStage(const cl::Device& device, cl::FftBackend backend, Stage
 
 void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
   plan_ = &plan;
+  if (!plan.refine) return;
   if (start && (start->nx != plan.hologram.size.x || start->ny != plan.hologram.size.y ||
                 start->frames != plan.hologram.frames))
     throw InputError("refinement is to begin with " + std::to_string(start->frames) +
@@ -37,15 +38,43 @@ void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
                      " samples; the scene has " + std::to_string(plan.hologram.frames) + " of " +
                      std::to_string(plan.hologram.size.x) + " x " +
                      std::to_string(plan.hologram.size.y));
+  if (!refiner_) refiner_.emplace(device_, backend_);
+  has_start_ = start != nullptr;
+  if (start)
+    refiner_->holograms().take(*start);
+  else
+    refiner_->holograms().resize(plan.hologram.size, plan.hologram.frames);
 }
 
-void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
+const TileField& RefineStage::take(const TileField& field, std::size_t tile, int frame) {
+  if (!plan_->refine || has_start_) return field;
+  const StageClock clock(times_, "refine");
+  const auto& tiling = plan_->tiling;
+  refiner_->holograms().take(*field.samples, tiling.tiles[tile].first, tiling.tile_size, frame);
+  device_.finish();
+  return field;
+}
+
+void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
+  if (!plan_->refine) return;
   const StageClock clock(times_, "refine");
   const auto& settings = plan_->refine.value();
   const double blur_m = settings.blur_m.value();
   refined_ = {};
-  refined_.places = key_places(*plan_, blur_m, {settings.depths_m, settings.views});
+  refined_.places = planned_places(*plan_);
+  const bool of_samples = refines_samples(*plan_);
+  std::shared_ptr<const SampleLight> light;
+  if (of_samples)
+    light = std::make_shared<SampleLight>(sample_light(device_, *plan_, scene, *table));
   for (const auto& place : refined_.places) {
+    if (of_samples) {
+      RefineKey key{place.z_m, place.view, place.aperture};
+      key.round = place.round;
+      key.samples = light;
+      key.sample_window_m = settings.window_m.value_or(refine_window_m(*plan_));
+      refined_.keys.push_back(std::move(key));
+      continue;
+    }
     if (progress_)
       progress_(
           "lens at " + length_text(place.z_m),
@@ -56,12 +85,26 @@ void RefineStage::run(const FieldStack& start, const DeviceScene& scene) {
   auto spec =
       refine_spec(settings, plan_->hologram.pitch_m, plan_->hologram.wavelength_m, refined_.keys);
   spec.progress = progress_;
-  auto result = refine(device_, backend_, start, refined_.keys, spec);
-  refined_.phases = std::move(result.field);
+  if (of_samples) {
+    spec.iterations = planned_iterations(*plan_);
+    spec.in_order = true;
+    spec.first_step = 3;
+    spec.padding = 1;
+  }
+  const auto result = refiner_->run(refined_.keys, spec);
   refined_.figures = result.figures;
   refined_.brightness = result.brightness;
+  if (of_samples) {
+    // Of light at the hologram, in the field's own units, as over the whole hologram of radiance
+    const auto window_m = plan_->window_m();
+    refined_.brightness *= window_m.x * window_m.y /
+                           (scene.radiance_unit * amplitude_unit_m(*plan_) * amplitude_unit_m(*plan_));
+  }
 }
 
-Refined RefineStage::finish() { return std::exchange(refined_, {}); }
+Refined RefineStage::finish(bool keep_phases) {
+  if (keep_phases) refined_.phases = refiner_->holograms().read();
+  return std::exchange(refined_, {});
+}
 
 }  // namespace raywave

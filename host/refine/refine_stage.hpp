@@ -8,6 +8,8 @@
 
 #include "host/common/stage_clock.hpp"
 #include "host/plan/plan.hpp"
+#include "host/propagate/tile_field.hpp"
+#include "host/refine/light.hpp"
 #include "host/refine/refine.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/trace/device_scene.hpp"
@@ -16,9 +18,9 @@ namespace raywave {
 
 /// Phases that are encoded instead of the traced fields, and how they came about.
 struct Refined {
-  FieldStack phases;             // samples of modulus 1, as many frames as were traced
+  FieldStack phases;             // samples of modulus 1, as many frames as were traced; if kept
   std::vector<KeyPlace> places;  // that the pictures were made for
-  std::vector<RefineKey> keys;   // pictures that a lens sees there
+  std::vector<RefineKey> keys;   // pictures that a lens sees there, or the samples' light
   RefineFigures figures;
   double brightness = 1;  // RefineResult::brightness
 };
@@ -36,19 +38,30 @@ public:
   RefineStage(const cl::Device& device, cl::FftBackend backend, StageTimes& times,
               std::function<void(const std::string&, double)> progress);
 
-  /// plan    with Plan::refine; must outlive `run`
-  /// start   what `run` will be given; null where it is not known before
+  /// plan    without Plan::refine, `take` and `run` do nothing; must outlive `run`
+  /// start   the fields to begin with; null: those that `take` brings
   /// throws  InputError when it has another size or other frames than the plan
   void prepare(const Plan& plan, const FieldStack* start);
 
-  /// Makes the pictures that a lens sees, and refines the fields' phases towards them.
+  /// Takes the phases of a tile of a frame, unless `prepare` was given them. Its brightness does
+  /// not count.
   ///
-  /// start  fields of the whole hologram; their brightness does not count
+  /// field    no transform
+  /// returns  the same
+  const TileField& take(const TileField& field, std::size_t tile, int frame);
+
+  /// Makes the pictures, and refines the fields' phases towards them.
+  ///
+  /// table  of surface samples; null: there is none
   /// throws InputError when a lens sees nothing, DeviceError for the device
-  void run(const FieldStack& start, const DeviceScene& scene);
+  void run(const DeviceScene& scene, const SampleTable* table);
+  /// The result of a frame: rows without gaps, valid until the next call.
+  const cl::ComplexBuffer& phases(int frame) { return refiner_->holograms().frame(frame); }
 
   /// The result, once.
-  Refined finish();
+  ///
+  /// keep_phases  Refined::phases are wanted
+  Refined finish(bool keep_phases);
 
 private:
   cl::Device device_;
@@ -56,6 +69,8 @@ private:
   StageTimes& times_;
   std::function<void(const std::string&, double)> progress_;
   const Plan* plan_ = nullptr;
+  bool has_start_ = false;
+  std::optional<Refiner> refiner_;
   Refined refined_;
 };
 

@@ -279,6 +279,7 @@ void keys_of(ViewerSpec& spec, const Keys& key) {
             if (!spec.eyepiece_m) v.fail("given with eyepiece");
           }));
   key(length("resolution", spec.resolution_m, between(1e-9, 1)).or_auto());
+  key(length("pupil", spec.pupil_m, between(1e-6, 1)));
 }
 
 void keys_of(RefineSettings& spec, const Keys& key) {
@@ -289,6 +290,9 @@ void keys_of(RefineSettings& spec, const Keys& key) {
   key(lengths("depths", spec.depths_m, between(1e-9, 1e4), 100));
   key(length("blur", spec.blur_m, between(1e-9, 1)).or_auto());
   key(whole("lens_points", spec.lens_points, 2, RefineSettings::most_lens_points));
+  key(choice(
+      "targets", spec.targets,
+      named({RefineTargets::automatic, RefineTargets::samples, RefineTargets::lens})));
 }
 
 void keys_of(Light& light, const Keys& key) {
@@ -486,6 +490,10 @@ std::vector<Scene> parse_scenes(const SceneText& text, const std::vector<std::st
   const auto& colour = scenes[0].colour;
   const std::size_t lasers = colour && !colour->only ? colour->lasers.count() : 1;
   while (scenes.size() < lasers) scenes.push_back(parse_laser(text, overrides, scenes.size()));
+  auto& notes = scenes[0].notes;  // those of all, each once
+  for (std::size_t i = 1; i < scenes.size(); ++i)
+    for (const auto& note : scenes[i].notes)
+      if (std::find(notes.begin(), notes.end(), note) == notes.end()) notes.push_back(note);
   return scenes;
 }
 

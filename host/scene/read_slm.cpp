@@ -263,6 +263,7 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             return stop ? Json{{"size", told(stop->size)}, {"centre", told(stop->centre)}} : Json();
           })
           .or_word("none"));
+  key(number("rate", slm.rate_per_s, between(0.01, 1e6)).as("rate_per_s"));
   key({"stop_centre", [&](const Value& v) {
          if (!slm.stop) v.fail("given with stop, the size of the aperture");
          slm.stop->centre = read_carrier(v);

@@ -49,6 +49,11 @@ const char* name_of(Bounces bounces) {
   return names[static_cast<std::size_t>(bounces)];
 }
 
+const char* name_of(RefineTargets targets) {
+  constexpr const char* names[] = {"auto", "samples", "lens"};
+  return names[static_cast<std::size_t>(targets)];
+}
+
 double depth_of_dioptres(const ViewerSpec& viewer, double dioptres) {
   if (!viewer.eyepiece_m)
     throw InputError(

@@ -150,9 +150,14 @@ struct ViewerSpec {
   // the eye's side; empty: there is none
   std::optional<double> eyepiece_m;
   double eyepiece_distance_m = 0;
+  double pupil_m = 4e-3;  // of the eye, across
   // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };
+
+/// What refined pictures are compared with: what a lens sees by rays, or the light of the samples.
+enum class RefineTargets { automatic, samples, lens };
+const char* name_of(RefineTargets targets);
 
 /// Section [refine]: phases are refined after propagation (docs/refine.md).
 struct RefineSettings {
@@ -166,6 +171,8 @@ struct RefineSettings {
   std::optional<double> blur_m;   // of the pictures; empty: 0.6 sampling.pitch
   std::optional<glm::dvec2> window_m;  // of the pictures; empty: what the WRPs cover
   int lens_points = 8;                 // per axis of the lens
+  RefineTargets targets = RefineTargets::automatic;
+  double pupil_m = 4e-3;  // ViewerSpec::pupil_m
   // Time for the iterations of all frames, which decides their number; commands alone set it
   std::optional<double> budget_s;
 };
@@ -296,7 +303,7 @@ struct Scene {
   std::string digest;
   // Keys that the file or an override sets, such as "sampling.pitch"; without those set to "auto"
   std::set<std::string, std::less<>> given;
-  // Notes for the user, a line each: lengths without a unit ...
+  // Notes for the user, a line each: lengths without a unit ... The first laser has those of all
   std::vector<std::string> notes;
   std::vector<Light> lights;
   std::vector<Material> materials;  // [0] is the default of an object that names none

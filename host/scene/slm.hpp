@@ -140,6 +140,7 @@ struct SlmSpec {
   bool flip_x = false, flip_y = false;  // of the pictures that are written
   int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
   std::optional<StopSpec> stop;         // empty: all light passes
+  std::optional<double> rate_per_s;     // frames that the panel shows; empty: any number
   Illumination illumination;            // what it adds to the light is taken off
   std::vector<std::string> notes;       // for the user, of a file of its own: a line each
 };

@@ -33,13 +33,13 @@ inline glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
 }
 
 /// Where a time lies among keys: at key k, or the share s of the way on to the next, `span` later.
-struct KeyPlace {
+struct PlaceInTime {
   std::size_t k = 0;
   double s = 0, span = 0;
 };
 
 /// Before the first key and after the last one, time stands still.
-inline KeyPlace place_among(const std::vector<double>& keys, double time) {
+inline PlaceInTime place_among(const std::vector<double>& keys, double time) {
   if (time <= keys.front()) return {};
   if (time >= keys.back()) return {keys.size() - 1};
   const auto next = std::upper_bound(keys.begin(), keys.end(), time);

@@ -251,7 +251,7 @@ Bytes exr_of(const Picture& picture) {
 }
 
 void save(const std::filesystem::path& file, const Picture& picture) {
-  const auto kind = file.extension();
+  const auto kind = extension_of(file);
   const auto bytes = [&] {
     if (kind == ".exr" && picture.size == 4) return exr_of(picture);
     if (kind == ".png" && picture.size <= 2) return std::move(PngWriter(picture, 6, {}).bytes());

@@ -89,7 +89,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
     return each * static_cast<std::uint64_t>(plane.x) * plane.y;
   };
-  const auto padded = padded_size(size, what.padding);
+  const auto padded = padded_size(size, what.padding, spec.pitch_m, spec.wavelength_m, what.z_m);
   const std::string advice = "a smaller hologram or window needs less";
   cl::require_memory(device,
                      std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
@@ -97,7 +97,8 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
                                                  {"hologram field", bytes(size, 8), advice},
                                                  {"reconstruction", bytes(window, 4), advice}});
   const double unit = unit_of(hologram);
-  Propagator propagator(device, {size, spec.pitch_m, spec.wavelength_m, what.padding, backend});
+  Propagator propagator(device,
+                        {size, spec.pitch_m, spec.wavelength_m, what.padding, backend, what.z_m});
   auto tiles = tiles_of(window, size, spec.pitch_m);
   std::erase_if(tiles, [&](const WindowTile& tile) {
     return !propagator.reaches({tile.centre_m, -what.z_m});

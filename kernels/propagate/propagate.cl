@@ -57,13 +57,16 @@ __kernel void crop(const __global float2* restrict padded, __global float2* rest
 // power_x [2 nx], power_y       (lambda u)^2 as high parts, then low parts; likewise v
 // band_x  [2 nx], band_y        for each column the first and then the last signed row frequency
 //                               kept; for each row likewise those of the columns
+// fade_left ... fade_last       1 / the frequencies over which H fades: at each row's first and
+//                               last column, and at each column's first and last row
 __kernel void multiply_add(const __global float2* restrict spectrum, __global float2* restrict sum,
                            const __global float* restrict phase_x,
                            const __global float* restrict phase_y,
                            const __global float* restrict power_x,
                            const __global float* restrict power_y,
                            const __global int* restrict band_x, const __global int* restrict band_y,
-                           float depth_hi, float depth_lo, float scale, int nx, int ny,
+                           float depth_hi, float depth_lo, float fade_left, float fade_right,
+                           float fade_first, float fade_last, float scale, int nx, int ny,
                            int accumulate) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
@@ -83,8 +86,8 @@ __kernel void multiply_add(const __global float2* restrict spectrum, __global fl
     const size_t at = (size_t)nx * (size_t)row + (size_t)i;
     const intv column = LANES_INDEX + i;
     const intv ku = LANES_SELECT(column, column - nx, column >= (nx + 1) / 2);
-    const intv inside = (ku >= first) & (ku <= last) & (LANES_LOAD(band_x + i) <= kv) &
-                        (LANES_LOAD(band_x + nx + i) >= kv);
+    const intv first_row = LANES_LOAD(band_x + i), last_row = LANES_LOAD(band_x + nx + i);
+    const intv inside = (ku >= first) & (ku <= last) & (first_row <= kv) & (last_row >= kv);
     floatv sum_re = 0.0f, sum_im = 0.0f;
     if (!LANES_ANY(inside)) {
       if (!accumulate) store_complex(sum_re, sum_im, sum + at);
@@ -98,8 +101,11 @@ __kernel void multiply_add(const __global float2* restrict spectrum, __global fl
 #endif
     floatv c, s;
     transfer_function(LANES_LOAD(phase_x + i), turns_y, remainder, &c, &s);
-    c = LANES_SELECT((floatv)(0.0f), c * scale, inside);
-    s = LANES_SELECT((floatv)(0.0f), s * scale, inside);
+    const floatv passed =
+        scale * fade(LANES_TO_FLOAT(ku - first), LANES_TO_FLOAT(last - ku), fade_left, fade_right) *
+        fade(LANES_TO_FLOAT(kv - first_row), LANES_TO_FLOAT(last_row - kv), fade_first, fade_last);
+    c = LANES_SELECT((floatv)(0.0f), c * passed, inside);
+    s = LANES_SELECT((floatv)(0.0f), s * passed, inside);
     floatv re, im;
     load_complex(spectrum + at, &re, &im);
     if (accumulate) load_complex(sum + at, &sum_re, &sum_im);

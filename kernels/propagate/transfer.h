@@ -46,6 +46,14 @@ static inline floatv remainder_turns_float(floatv u_hi, float v_hi, float depth_
   return turns_reduced(depth_hi * (t * t));
 }
 
+// Share of the light at frequency k of a band from `first` to `last` that is let through: it fades
+// within 1 / low steps of the first and 1 / high of the last.
+static inline floatv fade(floatv above_first, floatv below_last, float low, float high) {
+  const floatv t =
+      fmin(fmin((above_first + 0.5f) * low, (below_last + 0.5f) * high), (floatv)(1.0f));
+  return t * t * (3.0f - 2.0f * t);
+}
+
 // H from X, Y and R.
 static inline void transfer_function(floatv turns_x, float turns_y, floatv remainder, floatv* re,
                                      floatv* im) {

@@ -19,6 +19,29 @@
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it.
 #include "kernels/common/complex_lanes.h"
 
+// hologram: the phases of `field`, rows of nx samples without gaps; first: where its first sample
+// goes. Where the field is dark the phase is 0.
+__kernel void take_phases(const __global float2* restrict field, int nx, int ny,
+                          __global float2* restrict hologram, uint first, int hologram_pitch) {
+  const int row = (int)get_global_id(1);
+  if (row >= ny) return;
+  const __global float2* source = field + (size_t)nx * (size_t)row;
+  __global float2* target = hologram + (size_t)first + (size_t)hologram_pitch * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
+    floatv re, im;
+    load_some_complex(source + i, nx - i, &re, &im);
+    // Scaled, so that squares of very bright or faint light stay floats
+    const floatv most = fmax(fabs(re), fabs(im)), scale = 1.0f / most;
+    re *= scale;
+    im *= scale;
+    const floatv inverse = 1.0f / sqrt(re * re + im * im);
+    const intv is_dark = !(most > 1e-37f);
+    store_some_complex(LANES_SELECT(re * inverse, (floatv)(1.0f), is_dark),
+                       LANES_SELECT(im * inverse, (floatv)(0.0f), is_dark), target + i, nx - i);
+  }
+}
+
 // plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
 //
 // first           sample of `hologram` where the aperture begins
@@ -139,6 +162,22 @@ __kernel void correct(__global float2* restrict plane, int nx,
     }
     store_complex(re, im, samples + i);
   }
+}
+
+// sums: of the values in each row of the region whose target is known, one number for each row.
+__kernel void sum_known(const __global float* restrict values, const __global float* restrict target,
+                        __global float* restrict sums, int region_nx, int region_ny) {
+  const int row = (int)get_global_id(0);
+  if (row >= region_ny) return;
+  floatv sum = 0.0f;
+  for (int i = 0; i < region_nx; i += RAYWAVE_LANES) {
+    const size_t at = (size_t)region_nx * (size_t)row + (size_t)i;
+    sum += LANES_SELECT((floatv)(0.0f), LANES_LOAD(values + at), LANES_LOAD(target + at) >= 0.0f);
+  }
+  float lanes[RAYWAVE_LANES], all = 0.0f;
+  LANES_STORE(sum, lanes);
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) all += lanes[lane];
+  sums[row] = all;
 }
 
 // sum (+)= the blurred intensity in the region.

@@ -49,8 +49,19 @@ from ._light import (
     reconstruct,
     shown,
 )
-from ._quality import Quality, QualityRow, quality
-from ._render import Hologram, Plan, Renderer, lens, plan, refine, render
+from ._quality import Quality, QualityRow, Trade, quality, trade
+from ._render import (
+    Animation,
+    AnimationPicture,
+    Hologram,
+    Plan,
+    Renderer,
+    animate,
+    lens,
+    plan,
+    refine,
+    render,
+)
 from ._scene import Scene, SceneObject, load_scene
 
 if TYPE_CHECKING:
@@ -63,6 +74,8 @@ DeviceError.__doc__ = "The OpenCL device, its driver or memory cannot do what wa
 Cancelled.__doc__ = "A progress callback has returned False."
 
 __all__ = [
+    "Animation",
+    "AnimationPicture",
     "Cancelled",
     "Device",
     "DeviceError",
@@ -77,7 +90,9 @@ __all__ = [
     "Renderer",
     "Scene",
     "SceneObject",
+    "Trade",
     "__version__",
+    "animate",
     "compare",
     "devices",
     "encode",
@@ -93,6 +108,7 @@ __all__ = [
     "render",
     "shown",
     "torch",
+    "trade",
 ]
 
 

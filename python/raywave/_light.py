@@ -13,7 +13,7 @@ import numpy as np
 import numpy.typing as npt
 
 from . import _core
-from ._scene import Path, Scene, Value, _document, _is_path
+from ._scene import Path, Scene, Value, _document, _is_path, _warn
 
 if TYPE_CHECKING:
     from ._render import Hologram
@@ -176,7 +176,8 @@ def propagate(
     both: rw.propagate(holo.field, distance=0.1).
     distance: in metres along the direction of travel; negative propagates back.
     shift: centre of the target minus centre of u, (x right, y up), in metres.
-    padding: side of the transformed plane over the side of u, 1 to 64.
+    padding: side of the transformed plane over the side of u, 1 to 64; from 2 on the plane is
+        wider where the distance needs it.
 
     Returns an array of u's shape and type. The adjoint is the propagation by -distance and -shift;
     raywave.torch and raywave.jax differentiate through it.
@@ -256,20 +257,23 @@ def reconstruct(
     return result
 
 
-def _slm(slm: Scene | Mapping[str, Value] | Path | None) -> _core.Slm:
+def _slm(slm: Scene | Mapping[str, Value] | Path | None, pixels: _core.Pixels) -> _core.Slm:
     if slm is None:
         return _core.Slm()
     if isinstance(slm, Scene):
         return _core.Slm(slm._core)
     if isinstance(slm, Mapping):
         values = slm if set(slm) == {"slm"} else {"slm": dict(slm)}
-        return _core.parse_slm(_document(values), ".")
-    if _is_path(slm):
-        return _core.load_slm(os.fspath(slm), [])
-    raise _core.InputError(
-        "slm: must be a file with section [slm], a mapping of its keys, or a Scene, got "
-        + type(slm).__name__
-    )
+        result = _core.parse_slm(_document(values), ".")
+    elif _is_path(slm):
+        result = _core.load_slm(os.fspath(slm), [])
+    else:
+        raise _core.InputError(
+            "slm: must be a file with section [slm], a mapping of its keys, or a Scene, got "
+            + type(slm).__name__
+        )
+    _warn(result.notes(pixels.wavelength_m), 4)
+    return result
 
 
 def encode(
@@ -293,7 +297,8 @@ def encode(
     not such an array, or the SLM's pictures do not fit it; DeviceError.
     """
     pixels = _pixels(field, pitch, wavelength)
-    result: LevelArray = _core.encode(_plain(field), _slm(slm), pixels, _text(device, "device"))
+    how = _slm(slm, pixels)
+    result: LevelArray = _core.encode(_plain(field), how, pixels, _text(device, "device"))
     return result
 
 
@@ -326,11 +331,12 @@ def pattern(
         ny, nx = shape
     except (TypeError, ValueError):
         raise _core.InputError(f"shape: must be (ny, nx), got {shape!r}") from None
+    pixels = _pixels(None, pitch, wavelength)
     result: LevelArray = _core.pattern(
         _text(pattern, "pattern"),
         (_whole(nx, "shape", 1, 65536), _whole(ny, "shape", 1, 65536)),
-        _pixels(None, pitch, wavelength),
-        _slm(slm),
+        pixels,
+        _slm(slm, pixels),
         _number(focal, "focal"),
         _number(period, "period"),
         _text(to, "to"),
@@ -354,7 +360,7 @@ def shown(
     """
     pixels = _pixels(levels, pitch, wavelength)
     return Field(
-        _core.shown(levels, _slm(slm), pixels), tuple(pixels.pitch_m), pixels.wavelength_m
+        _core.shown(levels, _slm(slm, pixels), pixels), tuple(pixels.pitch_m), pixels.wavelength_m
     )
 
 

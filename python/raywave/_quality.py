@@ -1,11 +1,18 @@
 # SPDX-License-Identifier: Apache-2.0
-"""How well a hologram shows its scene."""
+"""How well a hologram shows its scene, and what that costs."""
 
 from __future__ import annotations
 
 import html
+import json
+import os
 from collections.abc import Sequence
 from dataclasses import dataclass
+from functools import cached_property
+from typing import Any
+
+import numpy as np
+import numpy.typing as npt
 
 from . import _core
 from ._light import (
@@ -19,7 +26,7 @@ from ._light import (
     _text,
     _whole,
 )
-from ._render import Hologram, Plan, render
+from ._render import Hologram, Plan, _png, _scene_of, render
 from ._scene import Scene
 
 
@@ -137,3 +144,81 @@ def quality(
         QualityRow(z, view, _figures(levels), _figures(field), light_share, haze, lens, hologram)
         for z, view, levels, field, light_share, haze, lens, hologram in rows
     ])
+
+
+@dataclass(frozen=True, eq=False)
+class Trade:
+    """What the settings of a scene cost in time and gain in accuracy. Printed, it is what
+    `raywave trade` prints; a notebook shows its pictures.
+    """
+
+    text: str
+    json: str  # trade.json (docs/trade.md)
+    csv: str  # trade.csv
+    # Along the frontier: rows are depths, columns the lens, then the fastest first; (height, width,
+    # 3), uint8, sRGB
+    sheet: npt.NDArray[np.uint8]
+
+    @cached_property
+    def values(self) -> dict[str, Any]:
+        """All of trade.json: "rows", and "frontier", "presets" and "steps", which name rows."""
+        return dict(json.loads(self.json))
+
+    def __repr__(self) -> str:
+        return self.text.rstrip("\n")
+
+    def _repr_png_(self) -> bytes:
+        return _png(self.sheet)
+
+
+def trade(
+    scene: Scene,
+    depths: Sequence[float] = (),
+    *,
+    quick: bool = False,
+    presets: bool = False,
+    exhaustive: bool = False,
+    renders: int = 0,
+    window: Pair | None = None,
+    views: bool = True,
+    lens_points: int = 8,
+    border: int = 20,
+    against_points: bool | None = None,
+    folder: Any = None,
+    device: str = "",
+    fft: str = "",
+    progress: Progress = None,
+) -> Trade:
+    """Renders, times and judges configurations of a scene, as `raywave trade` does: minutes to
+    hours. Settings that the scene gives stay as they are.
+
+    quick: fewer values of each setting. presets: nothing but the presets. exhaustive: all
+    combinations that plans choose among. renders: timed per configuration; 0: 3 to 15 in a second.
+    depths, window, views, lens_points, border: as for quality. against_points: compare presets and
+    single settings with the sum of all points; by default up to 512 x 512 pixels.
+    folder: where trade.json, trade.csv and trade.png are written, and an earlier run is gone on
+    with. progress: as for render.
+
+    Raises InputError when the scene or an argument is not possible; DeviceError.
+    """
+    try:
+        wanted = [_number(depth, "depths") for depth in depths]
+    except TypeError:
+        raise _core.InputError(f"depths: must be numbers, got {depths!r}") from None
+    return Trade(*_core.trade(
+        _scene_of(scene)._core,
+        bool(quick),
+        bool(presets),
+        bool(exhaustive),
+        _whole(renders, "renders", 0, 1000),
+        wanted,
+        None if window is None else _pair(window, "window"),
+        bool(views),
+        _whole(lens_points, "lens_points", 1, 4096),
+        _whole(border, "border", 0, 2**20),
+        None if against_points is None else bool(against_points),
+        "" if folder is None else os.fspath(folder),
+        _text(device, "device"),
+        _text(fft, "fft"),
+        progress,
+    ))

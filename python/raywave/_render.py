@@ -5,12 +5,13 @@ from __future__ import annotations
 
 import html
 import json
+import operator
+import os
 import struct
-import warnings
 import zlib
 from collections.abc import Mapping, Sequence
+from dataclasses import dataclass
 from functools import cached_property
-from pathlib import Path
 from typing import Any, overload
 
 import numpy as np
@@ -32,14 +33,17 @@ from ._light import (
     _text,
     _whole,
 )
-from ._scene import Scene, Vector, _one_wavelength, _vector
+from ._scene import Scene, Vector, _one_wavelength, _vector, _warn
 
 
-def _goal(preset: str | None, budget: float | None, psnr: float | None) -> _core.Goal:
+def _goal(
+    preset: str | None, budget: float | None, psnr: float | None, rate: float | None
+) -> _core.Goal:
     return _core.Goal(
         "" if preset is None else _text(preset, "preset"),
         None if budget is None else _number(budget, "budget"),
         None if psnr is None else _number(psnr, "psnr"),
+        None if rate is None else _number(rate, "rate"),
     )
 
 
@@ -118,18 +122,21 @@ def plan(
     *,
     budget: float | None = None,
     psnr: float | None = None,
+    rate: float | None = None,
     device: str = "",
 ) -> Plan:
     """Chooses what the scene leaves open, and predicts time, memory and quality.
 
     At most one goal: preset, "draft", "balanced", "accurate" or "reference"; budget, seconds for a
-    picture: the most accurate plan that keeps them; psnr, in dB: the fastest plan that reaches it.
+    picture: the most accurate plan that keeps them; psnr, in dB: the fastest plan that reaches it;
+    rate, pictures a second: the most accurate plan that the device computes, and slm.rate shows,
+    so fast.
     Needs no device; where there is one, rates that `raywave tune` has measured on it count.
 
     Raises InputError for the scene and the goal.
     """
     scene = _scene_of(scene)
-    goal = _goal(preset, budget, psnr)
+    goal = _goal(preset, budget, psnr, rate)
     return Plan(_core.plan(scene._core, goal, _text(device, "device")), scene)
 
 
@@ -256,24 +263,8 @@ class Hologram:
 
         Raises InputError for a name that does not end with .png, and for rgb of other than three.
         """
-        to = Path(path)
-        if to.suffix.lower() != ".png":
-            raise _core.InputError(f'path must end with .png, the format written, got "{path}"')
-        if rgb and len(self.lasers) != 3:
-            raise _core.InputError(
-                f"rgb: packs the holograms of three lasers, and this has {len(self.lasers)}"
-            )
-        pictures = [laser.for_slm(frame) for laser in self.lasers]
-        files = [to]
-        if rgb:
-            pictures = [self._packed(pictures)]
-        elif len(pictures) > 1:
-            files = [to.with_name(f"{to.stem}_{one * 1e9:.6g}nm{to.suffix}")
-                     for one in self.wavelengths]
-        for name, levels in zip(files, pictures):
-            data = _png(levels)
-            with open(name, "wb") as file:
-                file.write(data)
+        frame = _whole(frame, "frame", 0, self.frames - 1)
+        self._core.save(os.fspath(path), frame, bool(rgb))
 
     def _packed(self, pictures: list[LevelArray]) -> LevelArray:
         """One picture of three lasers: (ny, nx, 3), the longest wavelength first."""
@@ -294,16 +285,11 @@ class Hologram:
         return _png(self._packed(first) if len(first) == 3 else first[0])
 
 
-def _warn(notes: list[str]) -> None:
-    """Shows them to the caller's caller; Python shows each once for each line that calls."""
-    for note in notes:
-        warnings.warn(note, stacklevel=3)
-
-
 def _options(
     preset: str | None,
     budget: float | None,
     psnr: float | None,
+    rate: float | None,
     device: str,
     fft: str,
     method: str,
@@ -313,7 +299,7 @@ def _options(
     return _core.RenderOptions(
         _text(device, "device"),
         _text(fft, "fft"),
-        _goal(preset, budget, psnr),
+        _goal(preset, budget, psnr, rate),
         _text(method, "method"),
         _whole(rays, "rays", 1, 1000),
         bool(field),
@@ -326,6 +312,7 @@ def render(
     *,
     budget: float | None = None,
     psnr: float | None = None,
+    rate: float | None = None,
     device: str = "",
     fft: str = "",
     method: str = "wrp",
@@ -337,7 +324,7 @@ def render(
     and device.
 
     scene: a Scene, or a Plan whose choices are followed.
-    preset, budget, psnr: at most one goal, as for plan.
+    preset, budget, psnr, rate: at most one goal, as for plan.
     device: index ("0:1"), kind ("gpu", "cpu") or part of the name of an OpenCL device; "" takes the
     environment's RAYWAVE_DEVICE, else the fastest GPU, an accelerator or a CPU.
     fft: "host", "clfft" or "vkfft".
@@ -354,10 +341,97 @@ def render(
     Raises InputError when the scene, a mesh or an option is wrong, DeviceError when the device
     cannot do it. Warns (UserWarning) with each line of Hologram.notes.
     """
-    options = _options(preset, budget, psnr, device, fft, method, rays, field)
+    options = _options(preset, budget, psnr, rate, device, fft, method, rays, field)
     hologram = Hologram(_core.render(_scene_of(scene)._core, options, progress))
     _warn(hologram.notes)
     return hologram
+
+
+@dataclass(frozen=True, eq=False)
+class AnimationPicture:
+    """A picture of an animation."""
+
+    number: int
+    time: float  # seconds
+    # As the SLM is sent them, uint8: (ny, nx), or (holograms, ny, nx); of several lasers
+    # (lasers, holograms, ny, nx)
+    levels: LevelArray
+    powers: tuple[float, ...]  # of several lasers; those of white have the sum 1
+
+
+class Animation(Sequence[AnimationPicture]):
+    """The pictures of a scene that moves, as rw.animate returns them: each is made when it is asked
+    for, in any order.
+    """
+
+    def __init__(self, core: _core.Animation, progress: Progress) -> None:
+        self._core, self._progress = core, progress
+
+    def __len__(self) -> int:
+        return self._core.pictures
+
+    def __getitem__(self, index):  # type: ignore[no-untyped-def]
+        if isinstance(index, slice):
+            return [self[number] for number in range(*index.indices(len(self)))]
+        number = operator.index(index)
+        if number < 0:
+            number += len(self)
+        if not 0 <= number < len(self):
+            raise IndexError(f"picture {index}: there are {len(self)}, counted from 0")
+        time, levels, powers, notes = self._core.render(number, self._progress)
+        _warn(notes)
+        return AnimationPicture(number, time, levels, tuple(powers))
+
+    @property
+    def rate(self) -> float:
+        """Pictures a second."""
+        return self._core.rate
+
+    @property
+    def slm_rate(self) -> float:
+        """Holograms of each laser a second."""
+        return self._core.slm_rate
+
+    @property
+    def wavelengths(self) -> tuple[float, ...]:
+        """Of the lasers, in metres; one of one wavelength."""
+        return tuple(self._core.wavelengths)
+
+    @property
+    def notes(self) -> list[str]:
+        """Notes on the first picture for the user, one line each."""
+        return self._core.notes
+
+    def __repr__(self) -> str:
+        return f"<raywave.Animation of {len(self)} pictures, {self.rate:g} a second>"
+
+
+def animate(
+    scene: Scene | Plan,
+    preset: str | None = None,
+    *,
+    budget: float | None = None,
+    psnr: float | None = None,
+    rate: float | None = None,
+    device: str = "",
+    fft: str = "",
+    progress: Progress = None,
+) -> Animation:
+    """The holograms of a scene with [animation] (docs/animation.md): the bits of `raywave animate`.
+
+        for picture in rw.animate(scene):
+            show(picture.levels)
+        rw.animate(scene)[12].levels   # one of them
+
+    Arguments as for render; a goal is planned for the scene at rest. Meshes come from files.
+
+    Raises InputError when nothing moves, a mesh lies in memory, or an argument is wrong;
+    DeviceError. Warns (UserWarning) with each line of Animation.notes.
+    """
+    options = _options(preset, budget, psnr, rate, device, fft, "wrp", 100, False)
+    made = Animation(_core.Animation(_scene_of(scene)._core, options, progress), progress)
+    _warn(made.notes)
+    return made
 
 
 class Renderer:
@@ -380,6 +454,7 @@ class Renderer:
         *,
         budget: float | None = None,
         psnr: float | None = None,
+        rate: float | None = None,
         device: str = "",
         fft: str = "",
         method: str = "wrp",
@@ -387,7 +462,7 @@ class Renderer:
         field: bool = True,
         progress: Progress = None,
     ) -> None:
-        options = _options(preset, budget, psnr, device, fft, method, rays, field)
+        options = _options(preset, budget, psnr, rate, device, fft, method, rays, field)
         self._core = _core.Renderer(_scene_of(scene)._core, options, progress)
         self._powers: tuple[float, ...] = (0.0,) * len(self._core.wavelengths)
 
@@ -565,7 +640,7 @@ def refine(
     if isinstance(scene, (Scene, Plan)):
         if targets is not None:
             raise _core.InputError("targets: belong to a field; a scene makes its own pictures")
-        how = _options(preset, None, None, device, fft, "wrp", 100, True)
+        how = _options(preset, None, None, None, device, fft, "wrp", 100, True)
         hologram = Hologram(_core.refine_scene(_scene_of(scene)._core, options, how, progress))
         _warn(hologram.notes)
         return hologram

@@ -7,6 +7,7 @@ import html
 import io
 import json
 import os
+import warnings
 from collections.abc import Iterator, Mapping, Sequence
 from typing import Any, Union
 
@@ -58,6 +59,12 @@ def _document(values: Mapping[str, Value], heading: str = "") -> str:
         else:
             lines.append(f"{_toml(key)} = {_toml(value)}\n")
     return "".join(lines) + "".join(tables)
+
+
+def _warn(notes: list[str], level: int = 3) -> None:
+    """Shows them to the caller's caller; Python shows each once for each line that calls."""
+    for note in notes:
+        warnings.warn(note, stacklevel=level)
 
 
 def _is_path(value: Any) -> bool:
@@ -251,6 +258,7 @@ class Scene:
                 "load_scene reads a file"
             )
         self._core = _core.parse_scene(text, os.fspath(folder), [], "scene")
+        _warn(self.notes)
         self._meshes: dict[int, Any] = {}
         for i, mesh in meshes.items():
             self.objects[i].mesh = mesh
@@ -300,7 +308,9 @@ class Scene:
 
     @property
     def notes(self) -> list[str]:
-        """For the user, one line each: lengths without a unit."""
+        """For the user, one line each: lengths without a unit, LUTs that are not taken as they
+        are. Whatever makes a scene, or sets its keys, warns with them.
+        """
         return self._core.notes
 
     def set(self, values: Mapping[str, Value]) -> None:
@@ -308,7 +318,9 @@ class Scene:
 
         Raises InputError, and leaves the scene as it was, for a key or value that is not possible.
         """
+        known = self.notes
         self._core.set(_overrides(values))
+        _warn([note for note in self.notes if note not in known])
 
     def copy(self) -> Scene:
         """A copy that may be changed on its own. Meshes are shared."""
@@ -382,4 +394,6 @@ def load_scene(path: Path, overrides: Mapping[str, Value] | None = None) -> Scen
 
     Raises InputError: one line with file and line, and what would be right.
     """
-    return Scene._of(_core.load_scene(os.fspath(path), _overrides(overrides)), {})
+    scene = Scene._of(_core.load_scene(os.fspath(path), _overrides(overrides)), {})
+    _warn(scene.notes)
+    return scene

@@ -218,6 +218,29 @@ void add_light(nb::module_& m) {
       },
       "hologram"_a, "depths"_a, "window"_a.none(), "blur"_a.none(), "views"_a, "lens_points"_a,
       "border"_a, "device"_a, "fft"_a, "progress"_a.none());
+  m.def(
+      "trade",
+      [](raywave::Scene scene, bool quick, bool presets, bool exhaustive, int renders,
+         std::vector<double> depths, std::optional<raywave::Vec2> window, bool views,
+         int lens_points, int border, std::optional<bool> against_points, const std::string& folder,
+         const std::string& device, const std::string& fft, const nb::object& progress) {
+        const raywave::TradeOptions options{
+            quick,  presets,       exhaustive,           renders, std::move(depths),
+            window, views,         lens_points,          border,  against_points,
+            folder, {device, fft}, progress_of(progress)};
+        raywave::Trade made;
+        {
+          const nb::gil_scoped_release release;
+          made = raywave::trade(scene, options);
+        }
+        const auto shape = std::vector{static_cast<std::size_t>(made.sheet_ny),
+                                       static_cast<std::size_t>(made.sheet_nx), std::size_t{3}};
+        return nb::make_tuple(made.text, made.json, made.csv,
+                              as_numpy(std::move(made.sheet), shape));
+      },
+      "scene"_a, "quick"_a, "presets"_a, "exhaustive"_a, "renders"_a, "depths"_a, "window"_a.none(),
+      "views"_a, "lens_points"_a, "border"_a, "against_points"_a.none(), "folder"_a, "device"_a,
+      "fft"_a, "progress"_a.none());
 }
 
 }  // namespace raywave_python

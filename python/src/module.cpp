@@ -75,39 +75,59 @@ void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb
   scene = changed;
 }
 
-raywave::Goal goal_of(const std::string& preset, std::optional<double> budget,
-                      std::optional<double> psnr) {
-  return {preset, budget, psnr};
+/// The callback of the call at work: it runs on the thread that calls.
+raywave::Progress** current() {
+  thread_local raywave::Progress* progress = nullptr;
+  return &progress;
 }
 
-/// A renderer, and the callback of the call at work: it runs on the thread that calls.
-struct Renderer {
-  Renderer(const raywave::Scene& scene, raywave::RenderOptions options, const nb::object& progress)
-      : renderer(make(scene, std::move(options), progress)) {}
+/// Makes a callback the current one of this thread.
+struct Called {
+  explicit Called(const nb::object& callback)
+      : progress(progress_of(callback)), before(std::exchange(*current(), &progress)) {}
+  ~Called() { *current() = before; }
+  raywave::Progress progress;
+  raywave::Progress* before;
+};
 
-  static raywave::Renderer make(raywave::Scene scene, raywave::RenderOptions options,
-                                const nb::object& progress) {
-    options.progress = [](const std::string& what, double share) {
-      return !*current() || (**current())(what, share);
-    };
-    const Called called(progress);
-    const nb::gil_scoped_release release;
-    return raywave::Renderer(scene, options);
-  }
-
-  static raywave::Progress** current() {
-    thread_local raywave::Progress* progress = nullptr;
-    return &progress;
-  }
-
-  /// Makes a callback the current one of this thread.
-  struct Called {
-    explicit Called(const nb::object& callback)
-        : progress(progress_of(callback)), before(std::exchange(*current(), &progress)) {}
-    ~Called() { *current() = before; }
-    raywave::Progress progress;
-    raywave::Progress* before;
+/// A renderer or an animation whose callback is the current one.
+template <class Made>
+Made make_calling(raywave::Scene scene, raywave::RenderOptions options,
+                  const nb::object& progress) {
+  options.progress = [](const std::string& what, double share) {
+    return !*current() || (**current())(what, share);
   };
+  const Called called(progress);
+  const nb::gil_scoped_release release;
+  return Made(scene, options);
+}
+
+struct Animation {
+  Animation(const raywave::Scene& scene, const raywave::RenderOptions& options,
+            const nb::object& progress)
+      : animation(make_calling<raywave::Animation>(scene, options, progress)) {}
+
+  nb::tuple render(int number, const nb::object& progress) {
+    raywave::AnimationPicture picture;
+    {
+      const Called called(progress);
+      const nb::gil_scoped_release release;
+      picture = animation.render(number);
+    }
+    auto& levels = picture.levels;
+    const auto lasers = static_cast<int>(animation.wavelengths_m().size());
+    const auto shape = shape_of(lasers, picture.holograms, levels.ny, levels.nx);
+    return nb::make_tuple(picture.time_s, as_numpy(std::move(levels.bytes), shape), picture.powers,
+                          picture.notes);
+  }
+
+  raywave::Animation animation;
+};
+
+struct Renderer {
+  Renderer(const raywave::Scene& scene, const raywave::RenderOptions& options,
+           const nb::object& progress)
+      : renderer(make_calling<raywave::Renderer>(scene, options, progress)) {}
 
   raywave::Hologram render(const nb::object& progress) {
     const Called called(progress);
@@ -225,7 +245,8 @@ NB_MODULE(_core, m) {
 
   nb::class_<raywave::Slm>(m, "Slm")
       .def(nb::init<>())
-      .def(nb::init<const raywave::Scene&>(), "scene"_a);
+      .def(nb::init<const raywave::Scene&>(), "scene"_a)
+      .def("notes", &raywave::Slm::notes, "wavelength"_a);
   m.def(
       "load_slm",
       [](const std::string& file, const std::vector<std::string>& overrides) {
@@ -242,8 +263,10 @@ NB_MODULE(_core, m) {
   nb::class_<raywave::Goal>(m, "Goal").def(
       "__init__",
       [](raywave::Goal* goal, const std::string& preset, std::optional<double> budget,
-         std::optional<double> psnr) { new (goal) raywave::Goal(goal_of(preset, budget, psnr)); },
-      "preset"_a, "budget"_a.none(), "psnr"_a.none());
+         std::optional<double> psnr, std::optional<double> rate) {
+        new (goal) raywave::Goal{preset, budget, psnr, rate};
+      },
+      "preset"_a, "budget"_a.none(), "psnr"_a.none(), "rate"_a.none());
 
   nb::class_<raywave::Plan>(m, "Plan")
       .def_prop_ro("text", &raywave::Plan::text)
@@ -303,6 +326,13 @@ NB_MODULE(_core, m) {
           "for_slm",
           [](const raywave::Hologram& h, int frame) { return levels_array(h.for_slm(frame)); },
           "frame"_a)
+      .def(
+          "save",
+          [](const raywave::Hologram& h, const std::string& path, int frame, bool rgb) {
+            const nb::gil_scoped_release release;
+            h.save(path, frame, rgb);
+          },
+          "path"_a, "frame"_a, "rgb"_a)
       .def("report", &raywave::Hologram::report)
       .def_prop_ro("notes", &raywave::Hologram::notes);
 
@@ -316,8 +346,8 @@ NB_MODULE(_core, m) {
       "scene"_a, "options"_a, "progress"_a.none());
 
   nb::class_<Renderer>(m, "Renderer")
-      .def(nb::init<const raywave::Scene&, raywave::RenderOptions, const nb::object&>(), "scene"_a,
-           "options"_a, "progress"_a.none())
+      .def(nb::init<const raywave::Scene&, const raywave::RenderOptions&, const nb::object&>(),
+           "scene"_a, "options"_a, "progress"_a.none())
       .def_prop_ro("nx", [](const Renderer& r) { return r.renderer.nx(); })
       .def_prop_ro("ny", [](const Renderer& r) { return r.renderer.ny(); })
       .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
@@ -341,6 +371,16 @@ NB_MODULE(_core, m) {
       .def("render", &Renderer::render, "progress"_a.none())
       .def("render_into", &Renderer::render_into, "out"_a.none(), "field"_a.none(),
            "progress"_a.none());
+
+  nb::class_<Animation>(m, "Animation")
+      .def(nb::init<const raywave::Scene&, const raywave::RenderOptions&, const nb::object&>(),
+           "scene"_a, "options"_a, "progress"_a.none())
+      .def_prop_ro("pictures", [](const Animation& a) { return a.animation.pictures(); })
+      .def_prop_ro("rate", [](const Animation& a) { return a.animation.rate_per_s(); })
+      .def_prop_ro("slm_rate", [](const Animation& a) { return a.animation.slm_rate_per_s(); })
+      .def_prop_ro("wavelengths", [](const Animation& a) { return a.animation.wavelengths_m(); })
+      .def_prop_ro("notes", [](const Animation& a) { return a.animation.notes(); })
+      .def("render", &Animation::render, "number"_a, "progress"_a.none());
 
   nb::class_<raywave::RefineOptions>(m, "RefineOptions")
       .def(

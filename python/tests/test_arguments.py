@@ -26,6 +26,7 @@ CALLS = {
     "quality": lambda **given: rw.quality(
         rw.Scene(square_values()), **{"lens_points": 2, "border": 0, **given}),
     "compare": lambda **given: rw.compare(PICTURE, PICTURE + 1, **given),
+    "trade": lambda **given: rw.trade(rw.Scene(square_values()), **given),
     "refine": lambda **given: rw.refine(rw.Scene(square_values()), **given),
     "refine a field": lambda **given: rw.refine(
         FIELD, **{"targets": {0.01: PICTURE}, **PIXELS, **given}),
@@ -40,10 +41,12 @@ PAIR = (NAN, "wide", (1, 2, 3), (1, "x"))
 BAD = [
     (("plan", "render", "refine"), "preset", (*TEXT, "best")),
     (("plan", "render"), "budget", (*REAL, 0, -1)),
+    (("plan", "render"), "rate", (*REAL, 0, -1)),
     (("plan", "render"), "psnr", (*REAL, -1, 201)),
     (("plan", "render", "lens", "propagate", "reconstruct", "encode", "refine"), "device", TEXT),
     (("refine a field",), "device", TEXT),
     (("render", "propagate", "reconstruct", "refine", "refine a field"), "fft", (*TEXT, "none")),
+    (("trade",), "renders", (*WHOLE, -1, 1001)),
     (("render",), "method", (*TEXT, "magic")),
     (("render",), "rays", (*WHOLE, 0, -1, 1001)),
     (("render", "lens", "reconstruct", "refine", "refine a field"), "progress", FUNCTION),

@@ -480,3 +480,95 @@ def test_quality_has_the_figures_of_the_command_line(program, tmp_path):
             assert abs(row.light_share / expected["light_share"] - 1) < 1e-6
             if values:
                 assert abs(row.levels.delta_e[0] / expected["delta_e_2000"]["mean"] - 1) < 1e-6
+
+
+def moving_values(**hologram):
+    values = square_values(**hologram)
+    track = {"of": "object.0.rotation", "at": [0, 3], "values": [[0, 0, 0], [0, 60, 0]]}
+    values["animation"] = {"frames": 3, "rate": 10, "slm_rate": 15, "track": [track]}
+    return values
+
+
+def square_file(folder):
+    (folder / "square.obj").write_text(
+        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
+    )
+
+
+def test_an_animation_has_the_bits_of_the_command_line(program, tmp_path):
+    square_file(tmp_path)
+    values = moving_values(wavelength=LASERS)
+    values["object"][0]["mesh"] = "square.obj"
+    scene = rw.Scene(values, folder=tmp_path)
+    text, *_ = scene._core.source()
+    (tmp_path / "scene.toml").write_text(text)
+    out = tmp_path / "out"
+    subprocess.run(
+        [program, "animate", tmp_path / "scene.toml", "-o", out, "--stream", "--no-video",
+         "--no-preview", "--quiet"],
+        check=True,
+    )
+    stored = np.fromfile(out / "frames.raw", np.uint8).reshape(5, 3, 32, 48)
+    animation = rw.animate(scene)
+    assert len(animation) == 3 and animation.rate == 10 and animation.slm_rate == 15
+    assert animation.wavelengths == scene.wavelengths
+    last, first = animation[-1], animation[0]
+    assert (last.levels == stored[3:].swapaxes(0, 1)).all()
+    assert first.levels.shape == (3, 2, 32, 48) and last.time == pytest.approx(0.2)
+    everything = [picture.levels.swapaxes(0, 1) for picture in animation]
+    assert (np.concatenate(everything) == stored).all()
+    assert [picture.number for picture in animation[1:]] == [1, 2]
+    with pytest.raises(IndexError, match="there are 3"):
+        animation[3]
+    calls = []
+    rw.animate(scene, progress=lambda what, share: calls.append(what))[0]
+    assert calls
+    with pytest.raises(rw.Cancelled):
+        rw.animate(scene, progress=lambda what, share: False)
+
+
+def test_what_does_not_move_or_lies_in_memory_is_no_animation(scene):
+    with pytest.raises(rw.InputError, match="nothing moves"):
+        rw.animate(scene)
+    with pytest.raises(rw.InputError, match="object 0.*in memory"):
+        rw.animate(rw.Scene(moving_values()))
+
+
+def test_a_trade_is_a_table_rows_and_a_picture(tmp_path):
+    scene = rw.Scene({**square_values(), "sampling": {}})
+    made = rw.trade(scene, presets=True, renders=1, views=False, lens_points=4, border=2,
+                    folder=tmp_path)
+    assert "balanced" in repr(made) and made.csv.startswith("row,")
+    rows = made.values["rows"]
+    assert {one["preset"] for one in made.values["presets"]} == {
+        "draft", "balanced", "accurate", "reference"}
+    assert all(row["psnr_db"] > 0 for row in rows)
+    assert made.sheet.dtype == np.uint8 and made.sheet.shape[2] == 3 and made.sheet.max() > 0
+    assert made._repr_png_()[24:26] == b"\x08\x02"
+    assert json.loads((tmp_path / "trade.json").read_text()) == made.values
+
+
+def test_notes_on_a_lut_are_warned_of(scene, tmp_path):
+    lut = [0, 0.4, 0.39, 1]
+    with pytest.warns(UserWarning, match="taken as noise"):
+        rw.Scene({**square_values(), "slm": {"lut": lut}})
+    with pytest.warns(UserWarning, match="it lists 4 of 256 levels"):
+        scene.set({"slm.lut": lut})
+    assert len(scene.notes) == 2
+    field = np.ones((8, 8), np.complex64)
+    (tmp_path / "slm.toml").write_text("[slm]\nlut = [0, 0.5, 1]\n")
+    for slm in ({"lut": [0, 0.5, 1]}, tmp_path / "slm.toml"):
+        with pytest.warns(UserWarning, match="it lists 3 of 256 levels") as caught:
+            rw.encode(field, slm, pitch=4e-6, wavelength=633e-9)
+        assert caught[0].filename == __file__
+    with pytest.warns(UserWarning, match="it lists 3 of 256 levels"):
+        rw.pattern("lens", (8, 8), 4e-6, 633e-9, {"lut": [0, 0.5, 1]})
+
+
+def test_a_rate_is_a_goal_as_a_budget_is(scene):
+    scene.set({"sampling.pitch": "auto", "slm.rate": 120})
+    plan = rw.plan(scene, rate=40)
+    assert plan.seconds <= 1.02 / 40 and plan.scene.frames <= 3
+    assert rw.render(scene, rate=40).report["goal"]["rate_per_s"] == 40
+    with pytest.raises(rw.InputError, match="at most 1"):
+        rw.plan(scene, rate=40, psnr=30)

@@ -335,6 +335,137 @@ TEST_CASE("what a plan warns of is in the notes of what it renders, goal or no g
   }
 }
 
+TEST_CASE("a hologram is saved as the command line writes it, of several lasers each, or as one") {
+  const Desk desk;
+  const std::string lasers = "hologram.wavelength=[638e-9, 520e-9, 450e-9]";
+  const auto bytes = [&](const std::string& name) {
+    std::ifstream in(desk.file(name), std::ios::binary);
+    return std::vector<char>{std::istreambuf_iterator<char>(in), {}};
+  };
+  const auto line = "'" RAYWAVE_PROGRAM "' render '" + desk.file("scene.toml") + "' -o '" +
+                    desk.file("out") + "' --quiet --rgb --set sampling.frames=2 --set '" + lasers +
+                    "' --set slm.rotate=90";
+  REQUIRE(std::system(line.c_str()) == 0);
+  const auto hologram =
+      render(load_scene(desk.file("scene.toml"), {lasers, "sampling.frames=2", "slm.rotate=90"}));
+  hologram.save(desk.file("holo.png"), 1);
+  hologram.save(desk.file("packed.png"), 1, true);
+  hologram.laser(1).save(desk.file("one.PNG"));
+  for (const std::string laser : {"638nm", "520nm", "450nm"})
+    CHECK(bytes("holo_" + laser + ".png") == bytes("out/hologram_" + laser + "_2.png"));
+  CHECK(bytes("packed.png") == bytes("out/hologram_rgb_2.png"));
+  CHECK(bytes("one.PNG") == bytes("out/hologram_520nm.png"));
+  CHECK(!bytes("one.PNG").empty());
+  const auto refusal = [](const auto& save) {
+    try {
+      save();
+    } catch (const InputError& error) {
+      return std::string(error.what());
+    }
+    return std::string();
+  };
+  CHECK_THAT(refusal([&] { hologram.save("holo.jpg"); }), ContainsSubstring("must end with .png"));
+  CHECK_THAT(refusal([&] { hologram.laser(0).save("holo.png", 0, true); }),
+             ContainsSubstring("this has 1"));
+  CHECK_THAT(refusal([&] { hologram.save("holo.png", 2); }), ContainsSubstring("there are 2"));
+}
+
+TEST_CASE("an animation has the bits of the command line, whichever picture is asked for first") {
+  const Desk desk;
+  const std::string lasers = "hologram.wavelength=[638e-9, 450e-9]";
+  std::ofstream(desk.file("scene.toml"), std::ios::app)
+      << "[animation]\nframes = 3\nrate = 10\nslm_rate = 15\n[[animation.track]]\n"
+         "of = \"object.0.rotation\"\nat = [0, 3]\nvalues = [[0, 0, 0], [0, 60, 0]]\n";
+  const auto line = "'" RAYWAVE_PROGRAM "' animate '" + desk.file("scene.toml") + "' -o '" +
+                    desk.file("out") + "' --quiet --stream --no-video --no-preview --set '" +
+                    lasers + "'";
+  REQUIRE(std::system(line.c_str()) == 0);
+  std::ifstream in(desk.file("out/frames.raw"), std::ios::binary);
+  const std::vector<std::uint8_t> all{std::istreambuf_iterator<char>(in), {}};
+  constexpr std::size_t size = 48 * 32;
+  REQUIRE(all.size() == 5 * 2 * size);
+  Animation animation(load_scene(desk.file("scene.toml"), {lasers}));
+  CHECK(animation.pictures() == 3);
+  CHECK(animation.rate_per_s() == 10);
+  CHECK(animation.slm_rate_per_s() == Catch::Approx(15));
+  REQUIRE(animation.wavelengths_m().size() == 2);
+  const int first[] = {0, 2, 3, 5};  // holograms of each laser
+  for (const int number : {2, 0, 1}) {
+    const auto picture = animation.render(number);
+    CHECK(picture.time_s == Catch::Approx(0.1 * number));
+    CHECK(picture.powers.size() == 2);
+    const auto count = static_cast<std::size_t>(first[number + 1] - first[number]);
+    REQUIRE(picture.holograms == static_cast<int>(count));
+    REQUIRE(picture.levels.bytes.size() == count * 2 * size);
+    for (std::size_t laser = 0; laser < 2; ++laser)
+      for (std::size_t j = 0; j < count; ++j) {
+        const auto at = (static_cast<std::size_t>(first[number]) + j) * 2 + laser;
+        CHECK(std::equal(
+            picture.levels.bytes.begin() + static_cast<std::ptrdiff_t>((laser * count + j) * size),
+            picture.levels.bytes.begin() +
+                static_cast<std::ptrdiff_t>((laser * count + j + 1) * size),
+            all.begin() + static_cast<std::ptrdiff_t>(at * size)));
+      }
+  }
+  CHECK_THROWS_AS(animation.render(3), InputError);
+  CHECK_THROWS_AS(Animation(square_scene()), InputError);  // nothing moves
+  auto in_memory = load_scene(desk.file("scene.toml"));
+  in_memory.set_mesh(0, {square, square_faces});
+  CHECK_THROWS_AS(Animation(in_memory), InputError);
+}
+
+TEST_CASE("a trade measures what the command line measures, of meshes in memory too") {
+  const Desk desk;
+  TradeOptions options;
+  options.presets = true;
+  options.renders = 1;
+  options.views = false;
+  options.lens_points = 4;
+  options.border_px = 2;
+  options.folder = desk.file("trade");
+  const auto made = trade(square_scene({"sampling.pitch=auto"}), options);
+  CHECK_THAT(made.text, ContainsSubstring("balanced"));
+  CHECK_THAT(made.csv, ContainsSubstring("sampling.pitch"));
+  CHECK(made.sheet.size() == 3u * static_cast<std::size_t>(made.sheet_nx * made.sheet_ny));
+  std::ifstream in(desk.file("trade/trade.json"));
+  CHECK(std::string{std::istreambuf_iterator<char>(in), {}} == made.json);
+  CHECK(std::ifstream(desk.file("trade/trade.png")).good());
+  // Nothing is measured again
+  CHECK(trade(square_scene({"sampling.pitch=auto"}), options).json == made.json);
+  // Quality does not depend on where the mesh lies
+  const auto line = "'" RAYWAVE_PROGRAM "' trade '" + desk.file("scene.toml") + "' -o '" +
+                    desk.file("out") +
+                    "' --quiet --presets --renders 1 --no-views --lens-points 4 --border 2 --set "
+                    "sampling.pitch=auto";
+  REQUIRE(std::system(line.c_str()) == 0);
+  const auto qualities = [](std::istream&& text) {
+    std::vector<std::string> found;
+    for (std::string word; std::getline(text, word);)
+      if (word.find("\"ssim\"") != word.npos) found.push_back(word);
+    return found;
+  };
+  const auto told = qualities(std::ifstream(desk.file("out/trade.json")));
+  CHECK(!told.empty());
+  CHECK(told == qualities(std::istringstream(made.json)));
+}
+
+TEST_CASE("notes on what is read of an SLM reach the library's user, of every laser") {
+  const std::string lut = "slm.lut={\"638 nm\"=[0, 0.5, 1], \"450 nm\"=[0, 0.4, 0.39, 1]}";
+  const auto notes =
+      parse_scene(scene_text, ".", {"hologram.wavelength=[638e-9, 450e-9]", lut}).notes();
+  const auto has = [](const std::vector<std::string>& lines, const std::string& text) {
+    return std::count_if(lines.begin(), lines.end(),
+                         [&](const auto& line) { return line.find(text) != line.npos; });
+  };
+  CHECK(has(notes, "it lists 3 of 256 levels") == 1);
+  CHECK(has(notes, "it lists 4 of 256 levels") == 1);
+  CHECK(has(notes, "taken as noise") == 1);
+  const auto slm = parse_slm("[slm]\n" + lut.substr(4));
+  CHECK(has(slm.notes(638e-9), "it lists 3") == 1);
+  CHECK(has(slm.notes(450e-9), "taken as noise") == 1);
+  CHECK(Slm().notes(638e-9).empty());
+}
+
 TEST_CASE("a process that was forked after a device was opened is told so") {
   REQUIRE(!list_devices().empty());
   const auto scene = square_scene();
@@ -398,7 +529,8 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("rotation:", [&] { scene.set_pose(0, {0, 0, 0.1}, {0, 1e7, 0}); });
   refused("method", [&] { render(scene, {.method = "magic"}); });
   refused("fft", [&] { render(scene, {.on = {.fft = "none"}}); });
-  refused("preset, budget and psnr", [&] { plan(scene, {"draft", 1.0, {}}); });
+  refused("preset, budget, psnr and rate", [&] { plan(scene, {"draft", 1.0, {}}); });
+  refused("rate:", [&] { plan(scene, {.rate_per_s = nan}); });
   refused("budget:", [&] { plan(scene, {"", nan, {}}); });
   refused("u: has no samples", [&] { propagate(FieldView{}, pixels, 0.1); });
   const std::vector<std::complex<float>> dark(16), bad(16, {NAN, 0});

@@ -151,6 +151,8 @@ TEST_CASE("render follows the plan of the same goal, and unknown goals are refus
                 "there are draft, balanced, accurate and reference");
   check_refused(desk.run({"plan", scene, "--budget", "0 ms"}), 2, "must be a time such as");
   check_refused(desk.run({"plan", scene, "--budget", "1 s", "--psnr", "30"}), 2, "at most 1");
+  check_refused(desk.run({"plan", scene, "--rate", "30", "--psnr", "30"}), 2, "at most 1");
+  check_refused(desk.run({"plan", scene, "--rate", "nan"}), 2, "--rate must be");
   check_refused(desk.run({"plan", scene, "--psnr", "nan"}), 2,
                 "--psnr must be 0 to 200, got \"nan\"");
   check_refused(desk.render({"--preset", "draft", "--method", "points"}), 2,

@@ -155,6 +155,7 @@ TEST_CASE("quality of a report says whether the goal that was asked for is reach
         Catch::Approx(told["measured_psnr_db"].get<double>()).margin(0.5));
   CHECK_SAYS(judge({"--psnr", "90"}).out, "where 90 were asked for", "the goal is not reached");
   CHECK_SAYS(judge({"--budget", "1us"}).out, "a picture took", "the goal is not reached");
+  CHECK_SAYS(judge({"--rate", "1000"}).out, "where 1 ms were asked for", "is not reached");
   CHECK_SAYS(judge({"--preset", "draft"}).err, "was not rendered with --preset draft");
   render({"--preset", "draft"});
   CHECK(report_of(desk)["goal"]["preset"] == "draft");

@@ -1,8 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 // Predictions, held to measurements on scenes that no fit has seen.
 #include "host/evaluate/goal_check.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/forecast/first_call.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/planning/make_plan.hpp"
 #include "tests/support/devices.hpp"
+#include "tests/support/environment.hpp"
+#include "tests/support/files.hpp"
 #include "tests/support/scenes.hpp"
 
 namespace raywave {
@@ -50,6 +55,55 @@ TEST_CASE(
       CHECK(static_cast<double>(planned[0].prediction.device_bytes) < 1.6 * peak);
     }
   }
+}
+
+TEST_CASE("plans of several lasers give the same advice for each, and print it once") {
+  const auto scenes = load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml");
+  const auto world = build_world(scenes[0]);
+  const auto planned = plan_scenes(scenes, world, {});
+  const auto text = plan_report_text(planned, world);
+  const auto count = [&](const std::string& part) {
+    int found = 0;
+    for (auto at = text.find(part); at != text.npos; at = text.find(part, at + 1)) ++found;
+    return found;
+  };
+  const auto advice = [](const Planned& laser) {
+    const auto found = std::find_if(
+        laser.warnings.begin(), laser.warnings.end(),
+        [](const auto& warning) { return warning.find("beside it") != std::string::npos; });
+    return found == laser.warnings.end() ? "" : *found;
+  };
+  CHECK(!advice(planned[0]).empty());
+  for (const auto& laser : planned) CHECK(advice(laser) == advice(planned[0]));
+  CHECK(count(advice(planned[0])) == 1);
+  CHECK(count("\nobject ") == 3);  // of three lasers, three objects
+  CHECK(count("\nmemory ") == 1);
+  CHECK(count("\npictures ") == 3);
+  CHECK(count("the first picture takes") == 1);
+  CHECK(count("\n--- 520 nm\n") == 1);
+}
+
+TEST_CASE("kernels that were compiled before are predicted to take no time, others as long") {
+  const Folder folder;
+  const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
+  const auto scene = unseen_scene("teapot.toml", {"object.0.width=3 mm"});
+  const auto plan = make_plan(scene, build_world(scene));
+  DeviceFigures device;
+  CHECK_FALSE(kernels_s(plan, device));  // of no device
+  device.key = "platform\ndevice\ndriver";
+  CHECK_FALSE(kernels_s(plan, device));
+  device.is_processor = device.keeps_kernels = true;
+  CHECK(kernels_s(plan, device).value() > 1);
+  remember_kernels(plan, device, {{"kernels", 30}}, {{"kernels", 7.5}});
+  CHECK(kernels_s(plan, device) == 0);
+  remember_kernels(plan, device, {{"kernels", 0.01}}, {});
+  CHECK(kernels_s(plan, device) == 0);
+  // The driver's own cache is empty again, or the scene needs other kernels
+  device.keeps_kernels = false;
+  CHECK(kernels_s(plan, device) == 7.5);
+  device.keeps_kernels = true;
+  const auto shadowed = unseen_scene("teapot.toml", {"object.0.width=3 mm", "trace.shadows=true"});
+  CHECK(kernels_s(make_plan(shadowed, build_world(shadowed)), device) == 7.5);
 }
 
 }  // namespace

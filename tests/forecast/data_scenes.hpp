@@ -46,9 +46,11 @@ inline Scene glowing_scene() {
   return scene;
 }
 
-inline bool warns(const Planned& p, const std::string& text) {
-  return std::any_of(p.warnings.begin(), p.warnings.end(),
-                     [&](const auto& w) { return w.find(text) != std::string::npos; });
+inline bool says(const std::vector<std::string>& lines, const std::string& text) {
+  return std::any_of(lines.begin(), lines.end(),
+                     [&](const auto& line) { return line.find(text) != std::string::npos; });
 }
+
+inline bool warns(const Planned& p, const std::string& text) { return says(p.warnings, text); }
 
 }  // namespace raywave::test

@@ -3,6 +3,8 @@
 
 #include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/forecast/candidates.hpp"
 #include "tests/forecast/data_scenes.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
@@ -199,6 +201,75 @@ TEST_CASE(
     before = p.prediction.pictures->mean_psnr_db;
   }
   CHECK(warns(plan_scene(scene, world, {}, {{}, 1e-6, {}}), "nothing keeps"));
+}
+
+/// Of the choices that take no longer and no more frames, the largest PSNR: of all of them.
+double best_within(const Scene& scene, const World& world, double seconds, double frames) {
+  double best_db = -1e9;
+  for (const auto& c : choices(scene, world, {}))
+    if (c.seconds <= seconds && c.frames <= frames &&
+        c.cone.field_error() <= largest_cone_error({}))
+      best_db = std::max(best_db, c.psnr_db);
+  return best_db;
+}
+
+TEST_CASE(
+    "a rate takes the most accurate of the plans that keep a picture's time and the panel's "
+    "frames, and says what the best of all would have") {
+  auto scene = data_scene("teapot.toml", {"slm.rate=120"});
+  scene.slm.encoding = Encoding::burckhardt;  // which is not refined
+  const auto world = build_world(scene);
+  for (const double rate_per_s : {0.5, 2.0, 60.0, 100.0}) {
+    CAPTURE(rate_per_s);
+    const double frames = std::floor(120 / rate_per_s);
+    const auto p = plan_scene(scene, world, {}, {.rate_per_s = rate_per_s});
+    CHECK(p.scene.sampling.frames <= frames);
+    const double best_db = best_within(scene, world, 1 / rate_per_s, frames);
+    if (best_db < 0) {
+      CHECK(warns(p, "nothing keeps " + duration_text(1 / rate_per_s)));
+    } else {
+      CHECK(p.prediction.times.total_s() <= 1.02 / rate_per_s);
+      CHECK(p.prediction.pictures->mean_psnr_db == Approx(best_db).margin(0.3));
+    }
+    // Without the goal, an eye's 30 pictures a second
+    const double all_db = best_within(scene, world, 1e9, std::max(frames, 4.0));
+    const bool has_lost = all_db > std::max(best_db, p.prediction.pictures->mean_psnr_db) + 0.1;
+    CHECK(has_lost == (rate_per_s > 10));
+    CHECK(says(p.reasons, "which has " + number_text(std::round(all_db * 10) / 10) + " dB") ==
+          has_lost);
+  }
+}
+
+TEST_CASE("frames that the planner chooses are those that the panel shows in a picture") {
+  const auto frames = [](std::vector<std::string> set,
+                         const Goal& goal = {Preset::reference, {}, {}}) {
+    return planned(data_scene("teapot.toml", set), goal).scene.sampling.frames;
+  };
+  CHECK(frames({}) > 4);
+  CHECK(frames({"slm.rate=120"}) <= 4);  // 30 pictures a second
+  CHECK(frames({"slm.rate=60"}) == 2);
+  CHECK(frames({"slm.rate=1"}) == 1);
+  // The lasers take turns
+  const auto scenes =
+      load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
+                  {"slm.rate=180", "sampling.frames=auto", "hologram.resolution=[480, 270]"});
+  const auto world = build_world(scenes[0]);
+  for (const auto& laser : plan_scenes(scenes, world, {}, {Preset::reference, {}, {}}))
+    CHECK(laser.scene.sampling.frames <= 2);
+  for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 60.0}))
+    CHECK(laser.scene.sampling.frames == 1);
+  for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 90.0}))
+    CHECK(warns(laser, "1 frame of each of 3 lasers take 16.7 ms on a panel of 180 frames/s"));
+}
+
+TEST_CASE("more frames than the panel shows are given a line, in an animation at its rate") {
+  const std::vector<std::string> eight{"sampling.frames=8", "slm.rate=60"};
+  CHECK(warns(planned(data_scene("teapot.toml", eight)), "give 2 at most"));
+  CHECK_FALSE(
+      warns(planned(data_scene("teapot.toml", {"sampling.frames=2", "slm.rate=60"})), "slm.rate"));
+  CHECK(warns(planned(data_scene("turntable.toml", {"animation.subframes=3", "slm.rate=60"})),
+              "3 frames take 50 ms on a panel of 60 frames/s (slm.rate), a picture of 24 a second "
+              "has 41.7 ms: give 2 at most"));
 }
 
 TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes longer") {

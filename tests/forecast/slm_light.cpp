@@ -166,6 +166,42 @@ TEST_CASE("the shift that a warning gives moves the picture beside the zero orde
   }
 }
 
+/// Share of the light that pixels show that a shift along the axis makes too steep, by points.
+double lost_by_points(double half_side_m, double half_m, double shift_m, double wavelength_m) {
+  constexpr int steps = 400;
+  double shown = 0, lost = 0;
+  for (int i = 0; i < steps; ++i) {
+    for (int j = 0; j < steps; ++j) {
+      const double place = half_side_m * ((2 * i + 1.0) / steps - 1),
+                   on_slm = half_m * ((2 * j + 1.0) / steps - 1);
+      const double per_sine = 4 * um / wavelength_m;
+      const double cycles = per_sine * (on_slm - place) / std::hypot(on_slm - place, z_m);
+      if (std::abs(cycles) > 0.5) continue;
+      shown += 1;
+      lost += std::abs(cycles - per_sine * shift_m / std::hypot(shift_m, z_m)) > 0.5 ? 1 : 0;
+    }
+  }
+  return lost / shown;
+}
+
+TEST_CASE("one shift serves all lasers, and says what a sum over points finds that each loses") {
+  const auto scene = scene_for({});
+  const auto world = square_at({0, 0});
+  const auto plan = make_plan(scene, world);
+  const auto view = front_view(scene, world, plan);
+  const std::vector<double> wavelengths_m{500e-9, 250e-9, 220e-9};
+  const auto light = slm_light(plan, view, wavelengths_m);
+  CHECK(light.beside_m.x == 0);
+  CHECK(std::abs(light.beside_m.y) == Approx(1.05 * 2 * mm).epsilon(0.01));
+  REQUIRE(light.beside_lost.size() == 3);
+  CHECK(light.beside_lost[0] == 0);
+  for (std::size_t i = 1; i < 3; ++i)
+    CHECK(light.beside_lost[i] ==
+          Approx(lost_by_points(1 * mm, 1 * mm, light.beside_m.y, wavelengths_m[i])).margin(0.01));
+  // More than a quarter is no advice
+  CHECK(slm_light(plan, view, {500e-9, 200e-9}).beside_m == glm::dvec2(0));
+}
+
 TEST_CASE("a stop that keeps the zero order away ends the warning") {
   auto slm = with_stop({0.3, 1});
   slm.carrier = {0.2, 0};

@@ -188,7 +188,7 @@ void propagate(const cl::Device& device) {
     for (const std::int32_t accumulate : {0, 1}) {
       program.kernel("multiply_add")
           .run({1, padded_ny}, {1, 1}, padded, sum, phase_x, phase_y, power_x, power_y, band_x,
-               band_y, 1e3f, 0.0f, 0.5f, padded_nx, padded_ny, accumulate);
+               band_y, 1e3f, 0.0f, 2.0f, 2.0f, 2.0f, 2.0f, 0.5f, padded_nx, padded_ny, accumulate);
     }
     program.kernel("crop").run({1, ny}, {1, 1}, sum, shown, nx, ny, padded_nx);
     // The phases X and Y are a quarter and a half of a turn; columns 18 to 20 and the padding rows

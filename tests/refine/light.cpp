@@ -85,16 +85,18 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
   for (const auto backend : backends_of(device)) {
     for (const auto& s : setups()) {
       const auto field = random_phases(s.optics.size, 2, 3);
-      const PhaseStack holograms(device, field);
+      PhaseStack holograms(device);
+    holograms.take(field);
       std::vector<PictureGrid> grids;
       for (const auto& key : s.keys)
         grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
-      Light light(device, backend, s.optics, grids);
+      Light light(device, backend);
+      light.fit(s.optics, grids);
       for (std::size_t key = 0; key < s.keys.size(); ++key) {
         const auto& grid = light.grid(key);
         const auto h = masked(field, 1, grid.open);
         light.show(holograms, 1, key);
-        const auto plane = light.plane().read();
+        const auto plane = light.plane(key).read();
         double worst = 0;
         for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
           for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
@@ -116,12 +118,14 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
 DEVICE_TEST("exact pictures are those of reconstruct") {
   for (const auto& s : setups()) {
     const auto field = random_phases(s.optics.size, 1, 5);
-    const PhaseStack holograms(device, field);
+    PhaseStack holograms(device);
+    holograms.take(field);
     auto key = key_at(1.3 * mm, {0.2, -0.1}, {0.6, 0.5}, {48, 80}, s.optics.pitch_m);
     const auto grid = picture_grid(s.optics, key, Propagation::exact);
-    Light light(device, cl::FftBackend::host, s.optics, {grid});
+    Light light(device, cl::FftBackend::host);
+    light.fit(s.optics, {grid});
     light.show(holograms, 0, 0);
-    const auto plane = light.plane().read();
+    const auto plane = light.plane(0).read();
     ReconstructSpec what{.z_m = key.z_m,
                          .window_m = glm::dvec2(grid.size) * s.optics.pitch_m,
                          .view = key.view,
@@ -144,15 +148,17 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
     for (const auto propagation : {Propagation::fresnel, Propagation::exact}) {
       for (const auto& s : setups()) {
         const auto field = random_phases(s.optics.size, 1, 9);
-        const PhaseStack holograms(device, field);
+        PhaseStack holograms(device);
+    holograms.take(field);
         std::vector<PictureGrid> grids;
         for (const auto& key : s.keys) grids.push_back(picture_grid(s.optics, key, propagation));
-        Light light(device, backend, s.optics, grids);
+        Light light(device, backend);
+      light.fit(s.optics, grids);
         for (std::size_t key = 0; key < s.keys.size(); ++key) {
           const auto& grid = light.grid(key);
           const double unitary = light.unitary(key);
           light.show(holograms, 0, key);
-          auto plane = light.plane().read();
+          auto plane = light.plane(key).read();
           // y is zero outside the region
           Complex left = 0;
           double energy_y = 0;
@@ -166,7 +172,7 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
               energy_y += std::norm(Complex(y[at]));
             }
           }
-          light.plane().write(y);
+          light.plane(key).write(y);
           const auto back = light.back(key).read();
           const auto pitch = light.back_pitch(key);
           const auto columns = light.column_chirp(key), rows = light.row_chirp(key);

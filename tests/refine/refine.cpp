@@ -331,6 +331,8 @@ DEVICE_TEST(
          shown_field(*rendered.panel, rendered.levels)},
         judged, blur_m, 5, 19 * mm);
     REQUIRE(figures.rows.size() == judged.size());
+    CHECK_SAYS(refinement_text(figures, refined.figures),
+               "window 0.768 x 0.64 mm, blur 24 um, border 5 px");
     for (const auto& row : figures.rows) {
       CAPTURE(row.z_m, brightness, row.psnr_db.field, row.psnr_db.unrefined, row.psnr_db.refined);
       CHECK(row.psnr_db.refined > row.psnr_db.unrefined + 4);

@@ -1,13 +1,17 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <fstream>
 #include <glm/common.hpp>
+#include <iterator>
 #include <nlohmann/json.hpp>
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/scene/image.hpp"
 #include "host/scene/scene_json.hpp"
 #include "raywave_version.hpp"
 
@@ -95,7 +99,11 @@ double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
 }
 
 TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, const TradeSpec& spec)
-    : device_(device), spec_(spec), world_(build_world(scenes.at(0))) {
+    : TradeBench(device, scenes, build_world(scenes.at(0)), spec) {}
+
+TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, World world,
+                       const TradeSpec& spec)
+    : device_(device), spec_(spec), world_(std::move(world)) {
   trade_.scenes = std::move(scenes);
   trade_.device = device.info();
   for (const auto& scene : trade_.scenes) {
@@ -308,6 +316,30 @@ std::size_t fastest_as_accurate(const std::vector<TradeRow>& rows, std::size_t r
 
 std::vector<std::size_t> sheet_rows(const Trade& trade) {
   return thinned(trade_frontier(trade.rows), 7);
+}
+
+Sheet measure_in(TradeBench& bench, const std::filesystem::path& folder,
+                 const std::function<void(const std::string&)>& note, const Progress& progress) {
+  const auto file = folder / "trade.json";
+  if (std::filesystem::exists(file)) {
+    std::ifstream stream(file, std::ios::binary);
+    const auto known = bench.resume({std::istreambuf_iterator<char>(stream), {}});
+    note(file.string() +
+         (known ? ": " + std::to_string(*known) + " rows taken over"
+                : ": of another scene, device, version or way of looking; starting anew"));
+  }
+  bench.measure([&] { write_text(file, trade_json(bench.trade())); }, progress);
+  auto sheet = bench.sheet(progress);
+  write_text(file, trade_json(bench.trade()));
+  write_text(folder / "trade.csv", trade_csv(bench.trade()));
+  save_picture(folder / "trade.png", sheet.width, sheet.height, sheet.rgb);
+  return sheet;
+}
+
+bool has_few_pixels(const Scene& scene) {
+  constexpr double few = 512.0 * 512;
+  const auto size = scene.hologram.resolution;
+  return static_cast<double>(size.x) * size.y <= few;
 }
 
 }  // namespace raywave

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <filesystem>
 #include <functional>
 #include <map>
 #include <optional>
@@ -132,6 +133,9 @@ public:
   /// throws  InputError for the scene, or one that gives sampling.mode "fan", of which nothing can
   ///         be predicted
   TradeBench(const cl::Device& device, std::vector<Scene> scenes, const TradeSpec& spec);
+  /// The same of a world that is already in memory.
+  TradeBench(const cl::Device& device, std::vector<Scene> scenes, World world,
+             const TradeSpec& spec);
 
   const Trade& trade() const { return trade_; }
 
@@ -161,6 +165,17 @@ private:
   Trade trade_;
   LensPictures seen_by_lens_;  // as rows look: depths, then sides
 };
+
+/// Measures what is not done yet, and keeps trade.json in a folder up to date: goes on where an
+/// earlier run there stopped, and writes trade.csv and trade.png in the end.
+///
+/// note     called with a line on what is there
+/// returns  TradeBench::sheet
+Sheet measure_in(TradeBench& bench, const std::filesystem::path& folder,
+                 const std::function<void(const std::string&)>& note, const Progress& progress);
+
+/// Whether a hologram is so small that rows are compared with the sum of all points unasked.
+bool has_few_pixels(const Scene& scene);
 
 /// The Pareto frontier: rows that no other row beats in time without a lower PSNR, or in PSNR
 /// without a longer time; the fastest first.

@@ -9,7 +9,9 @@ namespace RAYWAVE_NAMESPACE {
 struct PropagateOptions {
   // Target centre minus source centre
   Vec2 shift_m{0, 0};
-  double padding = 2;  // 1 to 64: side of the transformed plane over the side of the field
+  // 1 to 64: side of the transformed plane over the side of the field. From 2 on the plane is wider
+  // where the distance needs it
+  double padding = 2;
   DeviceOptions on{};
 };
 
@@ -171,5 +173,40 @@ struct QualityRow {
 ///         are not possible
 RAYWAVE_API std::vector<QualityRow> quality(const Hologram& hologram,
                                             const QualityOptions& options = {});
+
+struct TradeOptions {
+  bool quick = false;              // fewer values of each setting
+  bool presets = false;            // nothing but the presets
+  bool exhaustive = false;         // all combinations that plans choose among: hours
+  int renders = 0;                 // timed per configuration; 0: 3 to 15 in a second
+  std::vector<double> depths_m{};  // as QualityOptions
+  std::optional<Vec2> window_m{};
+  bool views = true;
+  int lens_points = 8;
+  int border_px = 20;
+  // Presets and single settings against the sum of all points; empty: up to 512 x 512 pixels
+  std::optional<bool> against_points{};
+  // Where trade.json, trade.csv and trade.png are written, and an earlier run is gone on with;
+  // empty: nowhere
+  std::filesystem::path folder{};
+  DeviceOptions on{};
+  Progress progress{};
+};
+
+/// What the settings of a scene cost in time and gain in accuracy, as `raywave trade` measures it.
+struct Trade {
+  std::string text{};  // the tables that it prints
+  std::string json{};  // trade.json (docs/trade.md)
+  std::string csv{};   // trade.csv
+  // Along the frontier: rows are depths, columns the lens, then the fastest first; sRGB, three
+  // channels of 8 bits
+  int sheet_nx = 0, sheet_ny = 0;
+  std::vector<std::uint8_t> sheet{};
+};
+
+/// Renders, times and judges configurations of a scene: minutes to hours.
+///
+/// throws  InputError for the scene and the options, DeviceError for the device, Cancelled
+RAYWAVE_API Trade trade(const Scene& scene, const TradeOptions& options = {});
 
 }  // namespace RAYWAVE_NAMESPACE

@@ -33,6 +33,8 @@ struct Goal {
   std::string preset{};              // "draft", "balanced", "accurate" or "reference"
   std::optional<double> budget_s{};  // the most accurate plan that keeps this time
   std::optional<double> psnr_db{};   // the fastest plan whose pictures reach this
+  // Pictures a second: the most accurate plan that the device computes, and slm.rate shows, so fast
+  std::optional<double> rate_per_s{};
 };
 
 /// What would be computed, and what to expect of it.
@@ -104,6 +106,14 @@ public:
   ///
   /// throws  InputError when there is no such frame, or of several lasers: ask the hologram of one
   Levels for_slm(int frame = 0) const;
+
+  /// Writes a frame, as the SLM is sent it, as a grey 8-bit PNG. Of several lasers "holo.png"
+  /// writes holo_638nm.png and the like; with `rgb`, of three, holo.png alone: the channel of the
+  /// longest wavelength is red, of the shortest blue.
+  ///
+  /// throws  InputError for a name that does not end in .png, for `rgb` of other than three lasers,
+  ///         and where the file cannot be written
+  void save(const std::filesystem::path& file, int frame = 0, bool rgb = false) const;
 
   /// Field at the hologram, before it is encoded; without samples when it was not kept. |u|^2 is
   /// the irradiance of what the scene shows (docs/conventions.md).
@@ -181,6 +191,43 @@ public:
   /// The same into memory of the caller's. The field needs RenderOptions::keep_field. Returns
   /// Hologram::powers.
   std::vector<double> render(const RenderTarget& target);
+
+private:
+  struct State;
+  std::unique_ptr<State> state_;
+};
+
+/// A picture of an animation.
+struct AnimationPicture {
+  double time_s = 0;
+  int holograms = 1;  // of each laser: slm_rate_per_s() / rate_per_s(), on average
+  // As the SLM is sent them, laser by laser as Hologram::levels
+  Levels levels{};
+  std::vector<double> powers{};  // of the lasers; those of white have the sum 1
+  std::vector<std::string> notes{};
+};
+
+/// The holograms of a scene with [animation] (docs/animation.md), with the bits of
+/// `raywave animate`. Pictures may be asked for in any order. Calls from several threads take
+/// turns.
+class RAYWAVE_API Animation {
+public:
+  /// options  method, rays_per_axis and keep_field do not count
+  /// throws   InputError for the scene: nothing moves, or a mesh lies in memory; DeviceError for
+  ///          the device, Cancelled
+  explicit Animation(const Scene& scene, const RenderOptions& options = {});
+  ~Animation();
+  Animation(Animation&&) noexcept;
+  Animation& operator=(Animation&&) noexcept;
+
+  int pictures() const;
+  double rate_per_s() const;      // of pictures
+  double slm_rate_per_s() const;  // of the holograms of each laser
+  std::vector<double> wavelengths_m() const;
+  std::vector<std::string> notes() const;  // for the user, one line each
+
+  /// throws  InputError when there is no such picture, or it cannot be computed; Cancelled
+  AnimationPicture render(int picture);
 
 private:
   struct State;

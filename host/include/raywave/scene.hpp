@@ -28,7 +28,8 @@ public:
   int frames() const;
   std::size_t objects() const;
 
-  /// Notes for the user, one line each: lengths without a unit.
+  /// Notes for the user, one line each: lengths without a unit, LUTs that are not taken as they
+  /// are.
   std::vector<std::string> notes() const;
 
   /// The scene with every default filled in, lengths in metres. Of several lasers,
@@ -99,6 +100,10 @@ public:
   /// The SLM of a scene. That of a scene of several lasers is for these wavelengths alone.
   explicit Slm(const Scene& scene);
   explicit Slm(std::shared_ptr<const State> state);
+
+  /// Notes for the user on what is read for a wavelength, one line each: LUTs that are not taken as
+  /// they are. Those on the SLM of a scene are notes of the scene.
+  std::vector<std::string> notes(double wavelength_m) const;
 
   const State& state() const { return *state_; }
 

@@ -47,7 +47,8 @@ double transform_operations(const SpectrumWrps& wrps, const Plan& plan, FftBacke
 }
 
 double propagation_error_of(const SpectrumWrps& wrps, const Plan& plan) {
-  return predicted_padding_errors(plan, {wrps.padded})[0];
+  return plan.samples.aimed ? predicted_wave_error(plan, wrps.padded)
+                            : predicted_padding_errors(plan, {wrps.padded})[0];
 }
 
 void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend fft,
@@ -72,7 +73,14 @@ std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps&
 
 nlohmann::ordered_json report_json(const SpectrumWrps&) { return {}; }
 
-std::vector<std::string> warnings_of(const SpectrumWrps&, const Plan&) { return {}; }
+std::vector<std::string> warnings_of(const SpectrumWrps& wrps, const Plan& plan) {
+  constexpr double largest_error = 0.25;
+  const double error = propagation_error_of(wrps, plan);
+  if (error <= largest_error) return {};
+  return {"WRPs bring an error of " + percent_text(error) +
+          " of the field: a wider sampling.cone with more sampling.apodization and wrp.padding "
+          "brings less, or wrp.propagation \"compact\""};
+}
 
 Band rows_kept(const SpectrumWrps& wrps, const Plan& plan, const Wrp& wrp) {
   const Axis axis{wrps.padded.y, plan.hologram.pitch_m.y, plan.tiling.tile_size.y};

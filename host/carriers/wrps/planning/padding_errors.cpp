@@ -13,6 +13,7 @@
 #include "host/common/fft_backend.hpp"
 #include "host/common/plane_fft.hpp"
 #include "host/plan/footprint.hpp"
+#include "host/plan/padded_plane.hpp"
 
 namespace raywave {
 namespace {
@@ -24,6 +25,7 @@ constexpr std::size_t most_lines = 32;  // WRPs of an axis
 constexpr int samples_of_a_line = 64;   // enough that the error's own scatter is some per cent
 constexpr int waves_of_a_sample = 192;  // near ones
 constexpr int wide = 4;                 // windows: what goes astray farther is taken to be lost
+constexpr int wide_fringes = 8;         // ... beside a window and what it lights
 
 /// Squares of the light in a window: of its error, and of all of it.
 struct Squares {
@@ -55,10 +57,19 @@ public:
         low_m_(layer.min_m[axis] - tile_m),
         high_m_(layer.max_m[axis] - tile_m),
         fft_(next_fast_size(static_cast<std::size_t>(
-                 std::max(wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end())))),
+                 std::max({wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end()),
+                           2 * n_ + static_cast<int>(wide_fringes * fringe_m() / pitch_m_)}))),
              false),
         wanted_(static_cast<std::size_t>(n_)),
         got_(padded_.size(), wanted_) {}
+
+  /// Leaves samples out whose light crosses the layer's plane beyond these places.
+  void look_between(double low_m, double high_m) {
+    const double scale = layer_.min_m.z / layer_.distance_m,
+                 reach_m = footprint_of(plan_, axis_, layer_.distance_m, layer_.min_m.z).reach_m();
+    low_m_ = std::max(low_m_, (low_m + reach_m) * scale);
+    high_m_ = std::max(low_m_, std::min(high_m_, (high_m - reach_m) * scale));
+  }
 
   /// Adds what arrives in the tile's window from the WRP at centre_m, rightly and with every
   /// padding. WRPs side by side cut the same waves, so that their edges cancel.
@@ -68,20 +79,64 @@ public:
     const auto spectrum = propagated(light, centre_m);
     add(wanted_, transformed_back(spectrum));
     for (std::size_t i = 0; i < padded_.size(); ++i) {
-      const auto kept =
-          kept_within(std::max(padded_[i] / 2.0, 1.0 * n_) * pitch_m_, spectrum, centre_m);
+      const auto kept = kept_of({padded_[i], pitch_m_, n_}, spectrum, centre_m);
       add(got_[i], transformed_back(kept), padded_[i]);
     }
   }
 
-  Squares squares(std::size_t padding) const {
-    Squares sum;
-    for (std::size_t i = 0; i < wanted_.size(); ++i)
-      sum.add({std::norm(got_[padding][i] - wanted_[i]), std::norm(wanted_[i])});
-    return sum;
+  Squares squares(std::size_t padding) const { return squares(got_[padding], wanted_); }
+
+  /// Of what arrives over the WRPs with a padding against the samples' waves, as `cone` weighs.
+  Squares squares_of_waves(std::size_t padding) const {
+    std::vector<Complex> waves(wanted_.size());
+    const double k = 2 * pi / plan_.hologram.wavelength_m,
+                 unit = static_cast<double>(fft_.size());  // transforms are not normalised
+    for_each_sample([&](const Point& point, Complex phasor) {
+      const bool is_near = footprint_of(plan_, axis_, layer_.distance_m, point.z_m).is_near();
+      // A line's wave is an eighth of a turn ahead of its spherical wave, which `fill` takes
+      const double turned = is_near ? -pi / 4 : point.depth_m < 0 ? -pi / 2 : 0;
+      for (int i = 0; i < n_; ++i) {
+        const double at_m = (i - (n_ - 1) / 2.0) * pitch_m_, across_m = at_m - point.x_m,
+                     length_m = std::hypot(across_m, point.z_m);
+        if (std::abs(across_m) > largest_sine_ * length_m) continue;
+        waves[static_cast<std::size_t>(i)] +=
+            phasor *
+            std::polar(unit * cone(at_m, 0, 0) / std::sqrt(length_m * plan_.hologram.wavelength_m),
+                       k * (length_m - point.depth_m) + turned);
+      }
+    });
+    return squares(got_[padding], waves);
   }
 
 private:
+  struct Point {
+    double x_m, z_m, depth_m;
+  };
+
+  static Squares squares(const std::vector<Complex>& got, const std::vector<Complex>& wanted) {
+    Squares sum;
+    for (std::size_t i = 0; i < wanted.size(); ++i)
+      sum.add({std::norm(got[i] - wanted[i]), std::norm(wanted[i])});
+    return sum;
+  }
+
+  /// Of the light's edges at the hologram.
+  double fringe_m() const {
+    return std::sqrt(plan_.hologram.wavelength_m * std::abs(layer_.distance_m));
+  }
+
+  /// Calls f(place, phasor) for samples in the layer's box, with random phases.
+  void for_each_sample(const auto& f) const {
+    std::mt19937 random(1);
+    std::uniform_real_distribution<double> uniform(0, 1);
+    for (int i = 0; i < samples_of_a_line; ++i) {
+      const double z_m = layer_.min_m.z + (layer_.max_m.z - layer_.min_m.z) * uniform(random);
+      const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
+      const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
+      f(Point{x_m, z_m, z_m - layer_.distance_m}, phasor);
+    }
+  }
+
   Lines line() const { return make_zero_lines(fft_.size(), "line across the WRPs"); }
 
   /// Frequency of number i of a transform, in cycles per metre.
@@ -112,13 +167,18 @@ private:
     return spectrum;
   }
 
-  /// Without the waves that move sideways farther than reach_m.
-  Lines kept_within(double reach_m, const Lines& spectrum, double centre_m) const {
+  /// Without the waves that move sideways too far for a padded plane.
+  Lines kept_of(const Axis& plane, const Lines& spectrum, double centre_m) const {
     auto kept = line();
+    const double reach_m = plane.reach_m(),
+                 edge_m = std::max(reach_m - plane.whole_reach_m(), 1e-9 * reach_m);
     for (std::ptrdiff_t i = 0; i < static_cast<std::ptrdiff_t>(fft_.size()); ++i) {
       const double u = frequency(i), w = along_axis(u);
-      if (w > 0 && std::abs(-centre_m - layer_.distance_m * u / w) <= reach_m)
-        kept[static_cast<std::size_t>(i)] = spectrum[static_cast<std::size_t>(i)];
+      if (w <= 0) continue;
+      const double beyond_m = std::abs(-centre_m - layer_.distance_m * u / w) - reach_m,
+                   t = std::clamp(-beyond_m / edge_m, 0.0, 1.0);
+      kept[static_cast<std::size_t>(i)] =
+          spectrum[static_cast<std::size_t>(i)] * static_cast<float>(t * t * (3 - 2 * t));
     }
     return kept;
   }
@@ -150,14 +210,9 @@ private:
   /// Fills a line with the waves of samples in the layer's box, with random phases, at `count`
   /// places around centre_m.
   void fill(std::complex<float>* light, double centre_m, int count, double pitch_m) const {
-    std::mt19937 random(1);
-    std::uniform_real_distribution<double> uniform(0, 1);
     const double k = 2 * pi / plan_.hologram.wavelength_m;
-    for (int i = 0; i < samples_of_a_line; ++i) {
-      const double z_m = layer_.min_m.z + (layer_.max_m.z - layer_.min_m.z) * uniform(random),
-                   depth_m = z_m - layer_.distance_m;
-      const double x_m = low_m_ + (high_m_ - low_m_) * (i + uniform(random)) / samples_of_a_line;
-      const Complex phasor = std::polar(1.0, 2 * pi * uniform(random));
+    for_each_sample([&](const Point& point, Complex phasor) {
+      const auto& [x_m, z_m, depth_m] = point;
       const auto footprint = footprint_of(plan_, axis_, layer_.distance_m, z_m);
       const bool is_near = plan_.samples.aimed && footprint.is_near();
       const double reach_m = footprint.reach_m(), middle_m = x_m * layer_.distance_m / z_m;
@@ -171,9 +226,9 @@ private:
       }
       const double first_m = centre_m + (first - (count - 1) / 2.0) * pitch_m;
       if (is_near) {
-        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, {x_m, z_m, depth_m},
+        add_near(light + first, last - first + 1, first_m - x_m, pitch_m, point,
                  phasor / footprint.spot_m);
-        continue;
+        return;
       }
       for (int p = first; p <= last; ++p) {
         const double pixel_m = first_m + (p - first) * pitch_m, across_m = pixel_m - x_m;
@@ -185,12 +240,8 @@ private:
             phasor * std::polar(amount / std::sqrt(std::abs(depth_m) * plan_.hologram.wavelength_m),
                                 k * way_m));
       }
-    }
+    });
   }
-
-  struct Point {
-    double x_m, z_m, depth_m;
-  };
 
   /// kernels/gather/plane_waves.h in its plain form: plane waves towards the window, at `count`
   /// pixels from offset_m beside the point on. Each wave is turned on from pixel to pixel.
@@ -265,10 +316,11 @@ double share_of(const Plan& plan, const DepthLayer& layer) {
   return side(layer).x * side(layer).y / all;
 }
 
-}  // namespace
-
-std::vector<double> predicted_padding_errors(const Plan& plan,
-                                             const std::vector<glm::ivec2>& padded) {
+/// Along both axes of all layers, squares are added up over the lines of WRPs.
+///
+/// squares_of  of an axis with its lines' light and the number of a padding
+std::vector<double> predicted_errors(const Plan& plan, const std::vector<glm::ivec2>& padded,
+                                     const auto& squares_of) {
   std::vector<double> errors(padded.size());  // squares, at first
   for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
@@ -277,8 +329,12 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
       std::vector<Squares> squares(padded.size());
       for (const auto& [tile_m, centres] : lines_along(plan, layer, axis)) {
         AxisOfLayer line(plan, layer, axis, tile_m, sizes);
+        if (centres.size() == most_lines) {
+          const double half_m = plan.tiling.tile_size[axis] * plan.hologram.pitch_m[axis] / 2;
+          line.look_between(centres.front() - half_m, centres.back() + half_m);
+        }
         for (const double centre_m : centres) line.add_padded(centre_m);
-        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(line.squares(i));
+        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(squares_of(line, i));
       }
       for (std::size_t i = 0; i < padded.size(); ++i)
         errors[i] += share_of(plan, layer) * squares[i].relative();
@@ -286,6 +342,21 @@ std::vector<double> predicted_padding_errors(const Plan& plan,
   }
   for (auto& error : errors) error = std::sqrt(error);
   return errors;
+}
+
+}  // namespace
+
+std::vector<double> predicted_padding_errors(const Plan& plan,
+                                             const std::vector<glm::ivec2>& padded) {
+  return predicted_errors(plan, padded, [](const AxisOfLayer& line, std::size_t padding) {
+    return line.squares(padding);
+  });
+}
+
+double predicted_wave_error(const Plan& plan, glm::ivec2 padded) {
+  return predicted_errors(plan, {padded}, [](const AxisOfLayer& line, std::size_t padding) {
+    return line.squares_of_waves(padding);
+  })[0];
 }
 
 }  // namespace raywave

@@ -1,0 +1,74 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/first_call.hpp"
+
+#include <sstream>
+#include <string>
+
+#include "host/common/cache.hpp"
+#include "host/geometry/kernel_options.hpp"
+#include "host/trace/device_scene.hpp"
+#include "raywave_version.hpp"
+
+namespace raywave {
+namespace {
+
+/// Of an EPYC's core, measured with PoCL 5.0: teapot 8.7 s, still life 12 s of processor time.
+constexpr double compile_on_processor_s = 10;
+/// Launches of kernels that are there take some milliseconds.
+constexpr double least_compile_s = 0.5;
+
+std::string name_of_device(const DeviceFigures& device) {
+  return "first-" + hash_name(std::string(version) + "\n" + device.key);
+}
+
+/// Kernels are compiled for their options, and not all carriers have the same.
+std::string name_of_kernels(const Plan& plan, const DeviceFigures& device) {
+  std::string text = std::string(version) + "\n" + device.key + "\n" +
+                     std::to_string(plan.carrier.index()) + std::string(name_of(device.fft));
+  for (const auto& [option, value] : kernel_options(plan))
+    text += "\n" + std::string(option.name) + "=" + value;
+  if (plan.refine) text += "\nrefine";
+  return "first-" + hash_name(text);
+}
+
+std::optional<double> number_in_cache(const std::string& name) {
+  const auto bytes = load_cached(name);
+  if (!bytes) return {};
+  double value = 0;
+  std::istringstream in(std::string(bytes->begin(), bytes->end()));
+  in >> value;
+  return in && value >= 0 ? std::optional(value) : std::nullopt;
+}
+
+void keep_in_cache(const std::string& name, double value) {
+  const auto text = std::to_string(value);
+  store_cached(name, text.data(), text.size());
+}
+
+}  // namespace
+
+double meshes_and_trees_s(const World& world) {
+  return 0.03 + 5e-6 * static_cast<double>(world.triangles.size());
+}
+
+std::optional<double> kernels_s(const Plan& plan, const DeviceFigures& device) {
+  if (device.key.empty()) return {};
+  if (device.keeps_kernels && number_in_cache(name_of_kernels(plan, device))) return 0;
+  if (const auto before = number_in_cache(name_of_device(device))) return before;
+  return device.is_processor ? std::optional(compile_on_processor_s) : std::nullopt;
+}
+
+void remember_kernels(const Plan& plan, const DeviceFigures& device,
+                      const std::map<std::string, double>& wall_s,
+                      const std::map<std::string, double>& processor_s) {
+  const auto of_kernels = [](const std::map<std::string, double>& seconds) {
+    const auto took = seconds.find("kernels");
+    return took == seconds.end() ? 0 : took->second;
+  };
+  const double compile_s = device.is_processor ? of_kernels(processor_s) : of_kernels(wall_s);
+  if (number_in_cache(name_of_kernels(plan, device)) && compile_s < least_compile_s) return;
+  keep_in_cache(name_of_kernels(plan, device), compile_s);
+  if (compile_s >= least_compile_s) keep_in_cache(name_of_device(device), compile_s);
+}
+
+}  // namespace raywave
