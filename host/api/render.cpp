@@ -354,8 +354,9 @@ Hologram render(const Scene& scene, const RenderOptions& options) {
   const auto judged = goal.psnr_db ? world : World();
   auto rendered = raywave::render(opened.device, scenes, std::move(world), how);
   for (const auto& laser : rendered.lasers)
-    remember_kernels(laser.plan, figures_of(opened.device.info()), laser.seconds,
-                     laser.processor_seconds);
+    if (opened.device.info().online_compiler)
+      remember_kernels(laser.plan, figures_of(opened.device.info()), laser.seconds,
+                       laser.processor_seconds);
   const auto check = check_goal(opened.device, goal, plans, judged, rendered, how);
   return hologram_of(chosen(scene.state(), scenes), std::move(rendered), opened, check);
 }

@@ -142,7 +142,9 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
   if (!warning.empty())
     for (auto& laser : result.lasers) laser.notes.push_back(warning);
   for (const auto& laser : result.lasers)
-    remember_kernels(laser.plan, figures_of(device.info()), laser.seconds, laser.processor_seconds);
+    if (device.info().online_compiler)
+      remember_kernels(laser.plan, figures_of(device.info()), laser.seconds,
+                       laser.processor_seconds);
   check = check_goal(device, goal, planned, judged, result, how);
   return result;
 }

@@ -4,9 +4,7 @@
 #include <cmath>
 #include <limits>
 
-#include "host/common/error.hpp"
 #include "host/common/fft_backend.hpp"
-#include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
@@ -25,7 +23,7 @@ glm::ivec2 padded_size(glm::ivec2 size, double padding) {
 
 glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, double wavelength_m,
                        double distance_m) {
-  constexpr double most = 64;
+  constexpr double most = 8192;  // samples
   glm::dvec2 needed(padding);
   for (int axis = 0; axis < 2 && padding >= 2; ++axis) {
     const double spread =
@@ -34,12 +32,7 @@ glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, doub
                  side = size[axis];
     const double wide =
         std::min(2 * side + 4 * fringe, side + spread / (2 * pitch_m[axis]) + 4 * fringe);
-    needed[axis] = std::max(padding, wide / side);
-    if (!(needed[axis] <= most))
-      throw InputError("propagation over " + length_text(distance_m) + ": a plane of " +
-                       length_text(side * pitch_m[axis]) +
-                       " would be padded more than 64 times for its light to fade out: give a "
-                       "shorter distance or a larger hologram");
+    if (wide <= std::max(most, 3 * side)) needed[axis] = std::max(padding, wide / side);
   }
   return {padded_size(size, needed.x).x, padded_size(size, needed.y).y};
 }

@@ -17,8 +17,7 @@ glm::ivec2 padded_size(glm::ivec2 size, double padding);
 /// The same for propagation over `distance_m`. From padding 2 on the plane is wide enough for the
 /// fringe that diffraction draws about light's edges, sqrt(wavelength z) wide, to fade in:
 /// holograms of few Fresnel zones need it. Below 2, light that wraps around is accepted.
-///
-/// throws  InputError when a side would be padded more than 64 times
+/// Sides that would need more than 8192 samples, and three times their own, are padded as asked.
 glm::ivec2 padded_size(glm::ivec2 size, double padding, glm::dvec2 pitch_m, double wavelength_m,
                        double distance_m);
 

@@ -7,6 +7,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/planning/tiles.hpp"
 
 namespace raywave {
@@ -39,11 +40,20 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   if (plan.refine) {
     const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
     needs.push_back({"phases of the holograms", 8 * pictures, advice});
-    // A plane padded 1.25, its intensity and what is blurred of it
-    needs.push_back({"light of the pictures", 25 * all_pixels, advice});
-    all.results_bytes += 8 * pictures;
+    if (refines_samples(plan)) {
+      // A plane, its intensity, what is blurred of it, a picture; a frame for the encoding
+      needs.push_back({"light of the pictures", 28 * all_pixels, advice});
+      const auto rounds = size(planned_places(plan).back().round + 1);
+      needs.push_back({"wanted pictures",
+                       (plan.hologram.frames > 1 ? 8 : 4) * rounds * all_pixels,
+                       "fewer refine.iterations need less"});
+    } else {
+      // A plane padded 1.25, its intensity, what is blurred of it; a frame for the encoding
+      needs.push_back({"light of the pictures", 33 * all_pixels, advice});
+    }
+    if (use.keep_field) all.results_bytes += 8 * pictures;
   }
-  all.results_bytes += (use.keep_field || encodes_whole(plan) ? 9 : 1) * pictures;
+  all.results_bytes += (use.keep_field || (encodes_whole(plan) && !plan.refine) ? 9 : 1) * pictures;
   all.host_bytes = all.results_bytes;
   return all;
 }

@@ -235,8 +235,8 @@ void add_light(nb::module_& m) {
         }
         const auto shape = std::vector{static_cast<std::size_t>(made.sheet_ny),
                                        static_cast<std::size_t>(made.sheet_nx), std::size_t{3}};
-        return nb::make_tuple(made.text, made.json, made.csv,
-                              as_numpy(std::move(made.sheet), shape));
+        return std::make_tuple(made.text, made.json, made.csv,
+                               as_numpy(std::move(made.sheet), shape));
       },
       "scene"_a, "quick"_a, "presets"_a, "exhaustive"_a, "renders"_a, "depths"_a, "window"_a.none(),
       "views"_a, "lens_points"_a, "border"_a, "against_points"_a.none(), "folder"_a, "device"_a,

@@ -107,7 +107,7 @@ struct Animation {
             const nb::object& progress)
       : animation(make_calling<raywave::Animation>(scene, options, progress)) {}
 
-  nb::tuple render(int number, const nb::object& progress) {
+  auto render(int number, const nb::object& progress) {
     raywave::AnimationPicture picture;
     {
       const Called called(progress);
@@ -117,8 +117,8 @@ struct Animation {
     auto& levels = picture.levels;
     const auto lasers = static_cast<int>(animation.wavelengths_m().size());
     const auto shape = shape_of(lasers, picture.holograms, levels.ny, levels.nx);
-    return nb::make_tuple(picture.time_s, as_numpy(std::move(levels.bytes), shape), picture.powers,
-                          picture.notes);
+    return std::make_tuple(picture.time_s, as_numpy(std::move(levels.bytes), shape), picture.powers,
+                           picture.notes);
   }
 
   raywave::Animation animation;

@@ -359,7 +359,7 @@ def test_refinement_of_a_field_shows_its_target(scene):
         return rw.compare(target, rw.reconstruct(field, z=0.01), blur=4).psnr_db
 
     assert psnr(refined) > psnr(holo.shown) + 2
-    whole = rw.refine(scene, iterations=12, lens_points=2)
+    whole = rw.refine(scene, iterations=20, lens_points=2)
     assert psnr(whole.shown) > psnr(holo.shown) + 2
     assert np.allclose(abs(np.asarray(whole.refined)), 1, atol=1e-5)
     for wrong in ({"targets": {}}, {"targets": {0.01: target.astype(int)}},

@@ -99,7 +99,8 @@ int differing(const TradeKnobs& a, const TradeKnobs& b) {
   return (a.pitch_m != b.pitch_m) + (a.frames != b.frames) + (a.propagation != b.propagation) +
          (a.padding != b.padding) + (a.layers != b.layers) + (a.antialias != b.antialias) +
          (a.visibility != b.visibility) + (a.mode != b.mode) + (a.cone != b.cone) +
-         (a.apodization != b.apodization) + (a.precision != b.precision) + (a.fft != b.fft);
+         (a.apodization != b.apodization) + (a.precision != b.precision) + (a.fft != b.fft) +
+         (a.iterations != b.iterations);
 }
 
 TEST_CASE("a knob alone changes one value of balanced's, and no configuration is there twice") {
@@ -183,6 +184,7 @@ TEST_CASE(
       const auto& k = trade.rows[i].knobs;
       return k.pitch_m == c.pitch_m && k.padding == c.padding && k.frames == c.frames &&
              k.layers == c.layers && k.propagation == c.propagation &&
+             k.iterations == c.iterations &&
              (c.propagation == WrpPropagation::compact || Cone{k.cone, k.apodization} == c.cone);
     };
     const auto finishes = std::count_if(trade.together.begin(), trade.together.end(), is_it);

@@ -203,8 +203,9 @@ void propagate(const cl::Device& device) {
   }
 }
 
-/// Refines a hologram of a few pixels towards a whole and a half picture, by both propagations.
-void refine_all(const cl::Device& device) {
+/// Refines a hologram of a few pixels towards a whole and a half picture, by both propagations, and
+/// towards pictures made of samples.
+void refine_all(const cl::Device& device, const Folder& folder) {
   const auto size = size_on(device);
   const FieldStack start{
       size.x, size.y, 2,
@@ -219,6 +220,11 @@ void refine_all(const cl::Device& device) {
     spec.propagation = propagation;
     CHECK(all_finite(refine(device, host, start, keys, spec).field.samples));
   }
+  auto scene = tiny_scene(device, folder);
+  auto& settings = scene.refine.emplace();
+  settings.iterations = 2;
+  settings.window_m = {1, 1};  // a few pixels resolve little
+  CHECK(all_finite(render(device, scene).refined.value().phases.samples));
 }
 
 /// Launches the kernels of the self-test and of the benchmark.
@@ -288,7 +294,7 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
         count_on_device(device, folder);
         look(device, folder);
         propagate(device);
-        refine_all(device);
+        refine_all(device, folder);
         in_colour(device, folder);
         launch_tools(device);
         device.finish();

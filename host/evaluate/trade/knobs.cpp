@@ -9,6 +9,7 @@
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/plan/precision.hpp"
 
 namespace raywave {
@@ -140,6 +141,7 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   if (has_wrps) vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
   if (has_wrps) vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
+  if (base.blur_m > 0) vary("refine.iterations", {0, 1, 2, 3, 4, 6, 8, 12}, 3);
   vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
@@ -171,6 +173,13 @@ std::vector<Scene> with_knobs(std::vector<Scene> scenes, const TradeKnobs& knobs
     scene.wrp.padding = knobs.padding;
     scene.wrp.layers = knobs.layers;
     scene.accuracy.precision = knobs.precision;
+    if (knobs.iterations == 0) {
+      scene.refine.reset();
+      continue;
+    }
+    if (!scene.refine) scene.refine.emplace();
+    scene.refine->iterations = knobs.iterations;
+    scene.refine->blur_m = knobs.blur_m;
   }
   return scenes;
 }
@@ -179,8 +188,21 @@ TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
   const auto& s = scene.sampling;
   const auto& w = scene.wrp;
   const auto propagation = propagation_of(plan);
-  return {s.pitch_m,    s.frames, propagation, w.padding,     w.layers,       s.antialias,
-          s.visibility, s.mode,   s.cone,      s.apodization, plan.precision, fft};
+  const bool is_refined = plan.refine.has_value();
+  return {s.pitch_m,
+          s.frames,
+          propagation,
+          w.padding,
+          w.layers,
+          s.antialias,
+          s.visibility,
+          s.mode,
+          s.cone,
+          s.apodization,
+          plan.precision,
+          fft,
+          is_refined ? planned_iterations(plan) : 0,
+          is_refined ? plan.refine->blur_m.value() : 0};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -201,6 +223,8 @@ const std::vector<TradeKnob>& trade_knobs() {
             std::array{cl::name_of(cl::FftBackend::host).data(),
                        cl::name_of(cl::FftBackend::clfft).data(),
                        cl::name_of(cl::FftBackend::vkfft).data()}),
+      plain("refine.iterations", &TradeKnobs::iterations),
+      plain("refine.blur", &TradeKnobs::blur_m),
   };
   return knobs;
 }
@@ -223,6 +247,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
   const auto lasers = static_cast<double>(trade.scenes.size());
   Rows rows(trade.rows);
+  double resolution_m = 0;
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
     const auto planned = plan_scenes(trade.scenes, world, figures, {preset, {}, {}});
     const auto row = rows.add(knobs_of(planned[0].scene, planned[0].plan, fft), true);
@@ -237,6 +262,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
       of_preset.predicted_bytes += predicted.device_bytes;
     }
     if (preset == Preset::balanced) trade.base = row;
+    resolution_m = planned[0].prediction.resolution_m;
   }
 
   // Rows that differ from the base in one knob
@@ -257,6 +283,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
 
   // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;
+  const double blur_m = blur_of_resolution * resolution_m;
   const double balanced_s =
       trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s() / lasers;
   const auto best = !spec.exhaustive ? predicted_frontier(all)
@@ -277,6 +304,8 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
       }
       knobs.antialias = antialias;
       knobs.visibility = visibility;
+      knobs.iterations = c.iterations;
+      if (c.iterations > 0) knobs.blur_m = blur_m;
       trade.together.push_back(rows.add(knobs, false));
     }
   }
