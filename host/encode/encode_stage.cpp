@@ -61,8 +61,8 @@ template <class T>
 cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, const PixelWindow& window,
                                     std::span<T> hologram) const {
   const auto width = static_cast<std::size_t>(plan_->hologram.size.x);
-  const auto at = static_cast<std::size_t>(window.first.y) * width +
-                  static_cast<std::size_t>(window.first.x);
+  const auto at =
+      static_cast<std::size_t>(window.first.y) * width + static_cast<std::size_t>(window.first.x);
   return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(window.size.x),
                                  width);
 }
@@ -89,9 +89,8 @@ void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame)
 void EncodeStage::keep(const TileField& at_hologram, std::size_t tile, int frame) {
   if (!needs_field_) return;
   const auto pixels = pixels_of(*plan_);
-  start_reading(
-      *at_hologram.samples, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
-      std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
+  start_reading(*at_hologram.samples, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
+                std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
       .wait();
 }
 
@@ -100,10 +99,10 @@ void EncodeStage::run_whole(const cl::ComplexBuffer& hologram, int frame) {
   if (plan_->slm.band == glm::dvec2(1))
     return encode_window(hologram, {{0, 0}, plan_->hologram.size}, number);
   const StageClock clock(times_, "encode");
-  levels[number] = std::move(
-      encode(device_, *encoder_,
-             {plan_->hologram.size.x, plan_->hologram.size.y, 1, hologram.read()})
-          .front());
+  levels[number] =
+      std::move(encode(device_, *encoder_,
+                       {plan_->hologram.size.x, plan_->hologram.size.y, 1, hologram.read()})
+                    .front());
 }
 
 void EncodeStage::finish(double radiance_unit) {

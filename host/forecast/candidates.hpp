@@ -39,7 +39,7 @@ struct Choice {
   int layers = 1;                                         // wrp.layers
   WrpPropagation propagation = WrpPropagation::spectrum;  // by virtual planes: no padding, no cone
   Cone cone{};                                            // sampling.cone and sampling.apodization
-  int iterations = 0;  // refine.iterations; 0: as the scene says
+  int iterations = 0;                                     // refine.iterations; 0: as the scene says
   double seconds = 0, psnr_db = 0;
 };
 

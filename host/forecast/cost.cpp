@@ -118,8 +118,9 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
   const auto pixels = key_pixels(plan, window_m, blur_m);
   const bool of_samples = refines_samples(plan);
   for (const auto& place : places)
-    if (!of_samples) work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
-                      std::pow(key_lens_points(place, settings.lens_points), 2);
+    if (!of_samples)
+      work.lens_rays += lens_ray * levels_of_a_descent * pixels.x * pixels.y *
+                        std::pow(key_lens_points(place, settings.lens_points), 2);
   // Butterflies of a look at each picture, and of both ways of an iteration
   const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
   const double of_pixel =
@@ -134,10 +135,9 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
     const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
                                         plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
                              .hold();
-    const double look =
-        of_samples ? open * looking(1, 1)
-        : fresnel  ? open * looking(refine_padding, 1)
-                   : looking(exact_padding, exact_transforms);
+    const double look = of_samples ? open * looking(1, 1)
+                        : fresnel  ? open * looking(refine_padding, 1)
+                                   : looking(exact_padding, exact_transforms);
     all_looks += look;
     drawn_looks += place.times * look;
     draws += place.times;

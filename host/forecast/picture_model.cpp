@@ -432,7 +432,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
   // What few iterations leave of the errors that phases alone and the samples' interference make
-  const double left = model.paced > 0 ? (paced_rest + paced_first / (1.0 * model.paced * model.paced)) : 1;
+  const double left =
+      model.paced > 0 ? (paced_rest + paced_first / (1.0 * model.paced * model.paced)) : 1;
   const auto noise =
       noise_of(model.paced > 0 ? Encoding::phase : model.encoding, model.band_filled);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
@@ -466,8 +467,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
         is_refined ? refined_factor * refined_missing * row.missing : row.missing;
     const double at_edges =
         is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
-    const double of_samples =
-        is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
+    const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
     prediction.psnr_db.push_back(
         decibels(of_phases + missing_here + at_edges + of_samples + stop_here));
     prediction.mean_psnr_db += prediction.psnr_db.back() / rows;

@@ -127,9 +127,10 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
       throw InputError(one_line(scene.file.string()) +
                        ": refine.targets \"samples\": rays of fans make no samples; give \"lens\"");
     if (plan.refine->targets == RefineTargets::samples && plan.refine->views > 0)
-      throw InputError(one_line(scene.file.string()) +
-                       ": refine.views is for pictures of a lens; parts as large as viewer.pupil "
-                       "serve every view of samples. Leave it out, or give refine.targets \"lens\"");
+      throw InputError(
+          one_line(scene.file.string()) +
+          ": refine.views is for pictures of a lens; parts as large as viewer.pupil "
+          "serve every view of samples. Leave it out, or give refine.targets \"lens\"");
   }
 }
 

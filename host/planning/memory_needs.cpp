@@ -44,8 +44,7 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
       // A plane, its intensity, what is blurred of it, a picture; a frame for the encoding
       needs.push_back({"light of the pictures", 28 * all_pixels, advice});
       const auto rounds = size(planned_places(plan).back().round + 1);
-      needs.push_back({"wanted pictures",
-                       (plan.hologram.frames > 1 ? 8 : 4) * rounds * all_pixels,
+      needs.push_back({"wanted pictures", (plan.hologram.frames > 1 ? 8 : 4) * rounds * all_pixels,
                        "fewer refine.iterations need less"});
     } else {
       // A plane padded 1.25, its intensity, what is blurred of it; a frame for the encoding

@@ -160,7 +160,7 @@ struct Light::State {
   std::vector<Tables> tables;
   cl::Program program;
   std::map<std::string, cl::Kernel> kernels;
-  std::vector<cl::ComplexBuffer> planes;                                 // by slot
+  std::vector<cl::ComplexBuffer> planes;                                // by slot
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
@@ -283,8 +283,7 @@ void Light::State::show_exactly(std::size_t key) {
     ++transforms;
     run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
              optics.size.y, plane(key), grid.size.x, grid.size.y, tiles[i].first.x,
-             tiles[i].first.y,
-             std::int32_t{0});
+             tiles[i].first.y, std::int32_t{0});
   }
 }
 

@@ -47,8 +47,8 @@ private:
   std::int32_t pitch_ = 0;
 };
 
-/// The operators of a list of keys. Keys of one slot share a plane, which holds the light of the one
-/// that was shown last.
+/// The operators of a list of keys. Keys of one slot share a plane, which holds the light of the
+/// one that was shown last.
 class Light {
 public:
   Light(const cl::Device& device, cl::FftBackend backend);

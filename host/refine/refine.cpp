@@ -82,10 +82,10 @@ void require_memory(const cl::Device& device, glm::ivec2 size, int frames,
     if (frames > 1)
       needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
   }
-  needs.push_back({"phases of the holograms",
-                   area({size.x + 2 * PictureGrid::packet, size.y}) *
-                       static_cast<std::uint64_t>(frames) * 8,
-                   advice});
+  needs.push_back(
+      {"phases of the holograms",
+       area({size.x + 2 * PictureGrid::packet, size.y}) * static_cast<std::uint64_t>(frames) * 8,
+       advice});
   needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
   for (std::size_t slot = 0; slot < planes.size(); ++slot) {
     needs.push_back({"light of the pictures", planes[slot] * 8, advice});
@@ -408,8 +408,8 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     if (spec.progress) spec.progress(what, share);
   };
   report("targets and kernels", 0);
-  const refinement::Optics optics{
-      holograms.size(), spec.pitch_m, spec.wavelength_m, spec.blur_m, spec.padding};
+  const refinement::Optics optics{holograms.size(), spec.pitch_m, spec.wavelength_m, spec.blur_m,
+                                  spec.padding};
   RefineResult result;
   std::vector<PictureGrid> grids;
   for (const auto& key : keys) {

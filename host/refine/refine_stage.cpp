@@ -97,8 +97,9 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
   if (of_samples) {
     // Of light at the hologram, in the field's own units, as over the whole hologram of radiance
     const auto window_m = plan_->window_m();
-    refined_.brightness *= window_m.x * window_m.y /
-                           (scene.radiance_unit * amplitude_unit_m(*plan_) * amplitude_unit_m(*plan_));
+    refined_.brightness *=
+        window_m.x * window_m.y /
+        (scene.radiance_unit * amplitude_unit_m(*plan_) * amplitude_unit_m(*plan_));
   }
 }
 

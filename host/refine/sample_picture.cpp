@@ -87,7 +87,8 @@ public:
       }
     }
     if (!(most > 0)) return;
-    const float mean = sum / static_cast<float>((up_.end - up_.first) * (across_.end - across_.first));
+    const float mean =
+        sum / static_cast<float>((up_.end - up_.first) * (across_.end - across_.first));
     const double u = (across_.low_m + across_.high_m) / 2, v = (up_.low_m + up_.high_m) / 2;
     if (most - least <= equal_light * mean)
       return add_box(at, across_.low_m, across_.high_m, up_.low_m, up_.high_m, u, v, mean);
@@ -104,7 +105,8 @@ public:
 
   /// The sum of all boxes.
   std::vector<float> picture() const {
-    std::vector<float> result(static_cast<std::size_t>(wide_.x) * static_cast<std::size_t>(wide_.y));
+    std::vector<float> result(static_cast<std::size_t>(wide_.x) *
+                              static_cast<std::size_t>(wide_.y));
     std::vector<double> column(static_cast<std::size_t>(wide_.x));
     for (int y = 0; y < wide_.y; ++y) {
       const float* changes = changes_.data() + static_cast<std::ptrdiff_t>(y) * stride_;
@@ -121,8 +123,7 @@ public:
 
 private:
   int part_at(double place_m, int axis) const {
-    return static_cast<int>(
-        std::floor((place_m / light_.half_m[axis] + 1) * light_.parts / 2.0));
+    return static_cast<int>(std::floor((place_m / light_.half_m[axis] + 1) * light_.parts / 2.0));
   }
 
   /// What of a part of the window is open.
@@ -141,8 +142,8 @@ private:
                double u, double v, float irradiance) {
     // Where the transform puts a ray: the place on the plane that its sine alone points to
     const auto place = [&](double from, double to, double beside) {
-      return from + grid_.z_m * (to - from) / std::sqrt((to - from) * (to - from) +
-                                                        beside * beside + at.z * at.z);
+      return from + grid_.z_m * (to - from) /
+                        std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
     };
     const auto column = [&](double x_m) {
       return x_m / grid_.pixel_m.x + grid_.size.x / 2.0 - grid_.region_first.x + grid_.margin_x();

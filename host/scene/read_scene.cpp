@@ -290,9 +290,8 @@ void keys_of(RefineSettings& spec, const Keys& key) {
   key(lengths("depths", spec.depths_m, between(1e-9, 1e4), 100));
   key(length("blur", spec.blur_m, between(1e-9, 1)).or_auto());
   key(whole("lens_points", spec.lens_points, 2, RefineSettings::most_lens_points));
-  key(choice(
-      "targets", spec.targets,
-      named({RefineTargets::automatic, RefineTargets::samples, RefineTargets::lens})));
+  key(choice("targets", spec.targets,
+             named({RefineTargets::automatic, RefineTargets::samples, RefineTargets::lens})));
 }
 
 void keys_of(Light& light, const Keys& key) {

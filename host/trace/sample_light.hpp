@@ -12,9 +12,9 @@
 namespace raywave {
 
 struct SampleLight {
-  int parts = 1;              // of the window, per axis
-  glm::dvec2 half_m{1, 1};    // half sides of the window, which is centred on the hologram
-  double dots = 0;            // distance of the samples over their distance from the hologram
+  int parts = 1;                // of the window, per axis
+  glm::dvec2 half_m{1, 1};      // half sides of the window, which is centred on the hologram
+  double dots = 0;              // distance of the samples over their distance from the hologram
   std::vector<glm::vec3> at_m;  // places, from the hologram's centre
   // Irradiance at the hologram, in the unit of the field's squares on the device: parts x parts
   // numbers of each sample, row by row from the bottom left

@@ -165,8 +165,9 @@ __kernel void correct(__global float2* restrict plane, int nx,
 }
 
 // sums: of the values in each row of the region whose target is known, one number for each row.
-__kernel void sum_known(const __global float* restrict values, const __global float* restrict target,
-                        __global float* restrict sums, int region_nx, int region_ny) {
+__kernel void sum_known(const __global float* restrict values,
+                        const __global float* restrict target, __global float* restrict sums,
+                        int region_nx, int region_ny) {
   const int row = (int)get_global_id(0);
   if (row >= region_ny) return;
   floatv sum = 0.0f;

@@ -239,9 +239,10 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml"), out = desk.out("").string();
-  const std::vector<std::string> refined{
-      "--set", three, "--set", "sampling.frames=2", "--set", "refine.lens_points=3",
-      "--set", "refine.targets=lens"};
+  const std::vector<std::string> refined{"--set", three,
+                                         "--set", "sampling.frames=2",
+                                         "--set", "refine.lens_points=3",
+                                         "--set", "refine.targets=lens"};
   const auto run = [&](std::vector<std::string> words, const std::vector<std::string>& more) {
     words.insert(words.end(), refined.begin(), refined.end());
     words.insert(words.end(), more.begin(), more.end());

@@ -256,7 +256,9 @@ TEST_CASE(
       CHECK(Json::parse(cells[column("psnr_db")]) == j["psnr_db"]);
       CHECK(Json::parse(cells[column("time_s")]) == j["time_s"]);
       CHECK(Json::parse(cells[column("trace_wall_s")]) == j["stages"]["trace"]["wall_s"]);
-      CHECK(Json::parse(cells[column("points_correlation")]) == j["against_points"]["correlation"]);
+      if (j.contains("against_points"))  // rows of several knobs are not looked at so closely
+        CHECK(Json::parse(cells[column("points_correlation")]) ==
+              j["against_points"]["correlation"]);
       for (const auto& [key, value] : j["knobs"].items())
         CHECK(cells[column(key)] == (value.is_string() ? value.get<std::string>() : value.dump()));
     }

@@ -86,7 +86,7 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
     for (const auto& s : setups()) {
       const auto field = random_phases(s.optics.size, 2, 3);
       PhaseStack holograms(device);
-    holograms.take(field);
+      holograms.take(field);
       std::vector<PictureGrid> grids;
       for (const auto& key : s.keys)
         grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
@@ -149,11 +149,11 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
       for (const auto& s : setups()) {
         const auto field = random_phases(s.optics.size, 1, 9);
         PhaseStack holograms(device);
-    holograms.take(field);
+        holograms.take(field);
         std::vector<PictureGrid> grids;
         for (const auto& key : s.keys) grids.push_back(picture_grid(s.optics, key, propagation));
         Light light(device, backend);
-      light.fit(s.optics, grids);
+        light.fit(s.optics, grids);
         for (std::size_t key = 0; key < s.keys.size(); ++key) {
           const auto& grid = light.grid(key);
           const double unitary = light.unitary(key);

@@ -177,17 +177,18 @@ DEVICE_TEST("the light of samples by parts is the mean of their field's squares 
       double expected = 0, mean = 0;
       for (std::size_t s = 0; s < light.at_m.size(); ++s)
         for (int part = 0; part < 4; ++part)
-          expected += unit / 4 *
-                      static_cast<double>(
-                          light.irradiance[s * 64 + static_cast<std::size_t>(
-                                                        (2 * j + part / 2) * 8 + 2 * i + part % 2)]);
+          expected +=
+              unit / 4 *
+              static_cast<double>(
+                  light.irradiance[s * 64 + static_cast<std::size_t>((2 * j + part / 2) * 8 +
+                                                                     2 * i + part % 2)]);
       for (int frame = 0; frame < 64; ++frame)
         for (int y = 24 * (3 - j); y < 24 * (4 - j); ++y)
           for (int x = 32 * i; x < 32 * (i + 1); ++x)
-            mean += std::norm(std::complex<double>(
-                        rendered.field.samples[(static_cast<std::size_t>(frame) * 96 + y) * 128 +
-                                               x])) /
-                    (64 * 24 * 32);
+            mean +=
+                std::norm(std::complex<double>(
+                    rendered.field.samples[(static_cast<std::size_t>(frame) * 96 + y) * 128 + x])) /
+                (64 * 24 * 32);
       difference += std::pow(mean - expected, 2);
       all += expected * expected;
     }
@@ -210,10 +211,10 @@ DEVICE_TEST("four iterations towards pictures of samples gain 3 dB, also where n
   CHECK(rendered.refined->figures.iterations == 4);
   const DeviceScene arrays(device, world, plan);
   std::vector<JudgedKey> judged;
-  for (const auto& place : {KeyPlace{18.1 * mm}, KeyPlace{19.3 * mm},
-                            KeyPlace{18.6 * mm, {0.5, 0}, {0.5, 1}}})
-    judged.push_back({KeyRole::held_out, lens_key(device, plan, arrays, place, 24 * um,
-                                                  key_pictures(*plan.refine))});
+  for (const auto& place :
+       {KeyPlace{18.1 * mm}, KeyPlace{19.3 * mm}, KeyPlace{18.6 * mm, {0.5, 0}, {0.5, 1}}})
+    judged.push_back({KeyRole::held_out,
+                      lens_key(device, plan, arrays, place, 24 * um, key_pictures(*plan.refine))});
   Encoder encoder(device, rendered.panel);
   const auto figures = judge_refinement(
       device, cl::FftBackend::host, scene.hologram,

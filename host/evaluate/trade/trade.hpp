@@ -31,8 +31,8 @@ struct TradeKnobs {
   double cone = 1.2, apodization = 0.2;
   Precision precision = Precision::floats;
   cl::FftBackend fft = cl::FftBackend::host;
-  int iterations = 0;   // refine.iterations; 0: the levels are the field's own
-  double blur_m = 0;    // refine.blur
+  int iterations = 0;  // refine.iterations; 0: the levels are the field's own
+  double blur_m = 0;   // refine.blur
 
   bool operator==(const TradeKnobs&) const = default;
 };
