@@ -73,7 +73,7 @@ TEST_CASE("refinement brings the pictures of an SLM's levels nearer to what a le
   const auto hologram = render(scene);
   const auto unrefined = psnr_db(hologram.shown());
   RefineOptions options;
-  options.iterations = 12;
+  options.iterations = 20;  // rays to a lens
   options.lens_points = 2;
   const auto refined = refine(scene, options);
   REQUIRE(refined.refined());
