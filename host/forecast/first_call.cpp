@@ -1,8 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/forecast/first_call.hpp"
 
-#include <sstream>
+#include <array>
+#include <charconv>
 #include <string>
+#include <system_error>
 
 #include "host/common/cache.hpp"
 #include "host/geometry/kernel_options.hpp"
@@ -34,15 +36,16 @@ std::string name_of_kernels(const Plan& plan, const DeviceFigures& device) {
 std::optional<double> number_in_cache(const std::string& name) {
   const auto bytes = load_cached(name);
   if (!bytes) return {};
+  const std::string text(bytes->begin(), bytes->end());
   double value = 0;
-  std::istringstream in(std::string(bytes->begin(), bytes->end()));
-  in >> value;
-  return in && value >= 0 ? std::optional(value) : std::nullopt;
+  const auto read = std::from_chars(text.data(), text.data() + text.size(), value);
+  return read.ec == std::errc() && value >= 0 ? std::optional(value) : std::nullopt;
 }
 
 void keep_in_cache(const std::string& name, double value) {
-  const auto text = std::to_string(value);
-  store_cached(name, text.data(), text.size());
+  std::array<char, 32> text{};  // whatever the locale's decimal point is
+  const auto written = std::to_chars(text.data(), text.data() + text.size(), value);
+  store_cached(name, text.data(), static_cast<std::size_t>(written.ptr - text.data()));
 }
 
 }  // namespace
