@@ -236,7 +236,9 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
       if (!serves_samples(plan) || shows_amplitude(scene_.slm.encoding)) continue;
       auto paced = plan;
       paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
+      const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer.pupil_m);
       for (const int iterations : paced_tried) {
+        if (iterations < least) continue;
         paced.refine->iterations = iterations;
         auto with = work;
         add_refinement(paced, c.frames, 0, with);

@@ -107,6 +107,33 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
+namespace {
+
+/// Parts of the hologram along each axis.
+glm::ivec2 parts_of(const Plan& plan, double blur_m, double pupil_m) {
+  const auto window_m = plan.window_m();
+  const double middle_m = (plan.extent.near_m + plan.extent.far_m) / 2;
+  auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
+  if (wanted == glm::dvec2(1)) wanted = glm::dvec2(2);
+  const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
+  return glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0);
+}
+
+/// Depth that the picture of a part holds, before and behind its own.
+double held_by_part_m(const Plan& plan, double blur_m, glm::ivec2 parts) {
+  const auto part_m = plan.window_m() / glm::dvec2(parts);
+  return held_blurs * blur_m * (plan.extent.near_m + plan.extent.far_m) / 2 /
+         std::max(part_m.x, part_m.y);
+}
+
+}  // namespace
+
+int least_paced_iterations(const Plan& plan, double blur_m, double pupil_m) {
+  const double held_m = held_by_part_m(plan, blur_m, parts_of(plan, blur_m, pupil_m));
+  return static_cast<int>(
+      std::ceil(std::min((plan.extent.far_m - plan.extent.near_m) / (1.4 * held_m), 1e6)));
+}
+
 bool serves_samples(const Plan& plan) {
   return plan.samples.aimed && !plan.has_specular_samples() && plan.extent.near_m > 0;
 }
@@ -128,16 +155,9 @@ std::vector<KeyPlace> planned_places(const Plan& plan) {
 
 std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
                                   std::vector<double> depths_m) {
-  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m,
-               middle_m = (near_m + far_m) / 2;
-  const auto window_m = plan.window_m();
-  // Parts along each axis
-  auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
-  if (wanted == glm::dvec2(1)) wanted = glm::dvec2(2);
-  const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
-  const glm::ivec2 parts(glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0));
-  const glm::dvec2 part_m = window_m / glm::dvec2(parts);
-  const double held_m = held_blurs * blur_m * middle_m / std::max(part_m.x, part_m.y);
+  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m;
+  const auto parts = parts_of(plan, blur_m, pupil_m);
+  const double held_m = held_by_part_m(plan, blur_m, parts);
   const int enough =
       std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,
                  most_depths) |
