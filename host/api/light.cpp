@@ -213,8 +213,9 @@ Levels pattern(const std::string& name, std::array<int, 2> resolution, const Pix
   const Panel panel(slm_of_pattern(slm.state().at(hologram.wavelength_m)), hologram.resolution,
                     hologram.pitch_m, hologram.wavelength_m);
   auto levels = levels_of(pattern_field(spec, hologram), panel, options.on);
-  const auto turned = [&](auto& of_frame) {
-    auto picture = for_slm(LevelPictureOf{panel.size_px(), std::move(of_frame)}, panel.slm());
+  const auto turned = [&]<class Level>(std::vector<Level>& of_frame) {
+    auto picture =
+        for_slm(LevelPictureOf<Level>{panel.size_px(), std::move(of_frame)}, panel.slm());
     levels.nx = picture.size_px.x;
     levels.ny = picture.size_px.y;
     of_frame = std::move(picture.levels);
