@@ -49,8 +49,8 @@ int refine_iterations(const std::vector<KeyPlace>& places);
 /// better than the samples.
 constexpr int most_paced_iterations = 12;
 
-/// Iterations towards pictures made of samples that reach all depths of the scene: with fewer, goals
-/// do not take them.
+/// Iterations towards pictures made of samples that reach all depths of the scene: with fewer,
+/// goals do not take them.
 int least_paced_iterations(const Plan& plan, double blur_m, double pupil_m);
 
 /// True where pictures made of samples show what a lens sees: there are samples, and none is seen
