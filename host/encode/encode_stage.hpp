@@ -41,8 +41,6 @@ public:
   ///
   /// field  a transform only where `encodes_transforms` says so
   void run(const TileField& field, std::size_t tile, int frame);
-  /// Keeps the field of a tile of a frame where it is asked for, and encodes nothing.
-  void keep(const TileField& field, std::size_t tile, int frame);
   /// Encodes a frame of the whole hologram, rows without gaps.
   void run_whole(const cl::ComplexBuffer& hologram, int frame);
 
@@ -61,6 +59,8 @@ public:
 
 private:
   bool looks_dark() const;
+  /// Keeps the field of a tile of a frame where it is asked for.
+  void keep(const TileField& field, std::size_t tile, int frame);
   /// Encodes a window of a frame and begins to copy it.
   void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
   /// Begins to copy the pixels of a window to their places in the hologram.

@@ -162,7 +162,7 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
       std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,
                  most_depths) |
       1;
-  // An even number would give each depth the same parts in every pass.
+  // An odd number has a depth in the middle, where the last iteration ends.
   const bool each_has_one = iterations < enough;
   if (depths_m.empty()) {
     const int count = each_has_one ? iterations : enough;

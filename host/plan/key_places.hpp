@@ -33,7 +33,7 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 
 /// Rounds of parts: each opens all of the hologram, part by part, at a depth of its own. Parts are
 /// as large as the pupil, or halves of the hologram, where the blur hides what they do not resolve;
-/// those of every other round begin in the middle of a part, so that no view falls on edges alone.
+/// those of each round begin elsewhere, so that no view falls on edges alone.
 /// Of few iterations each has a depth of its own, and they come from the scene's ends inwards.
 ///
 /// blur_m      > 0
