@@ -47,6 +47,7 @@ void run_selftest(const SelftestArguments& options) {
     failed += !rows.back().passed;
     print(self_test_line(rows.back()));
   }
+  if (const auto extremes = extremes_text(rows); !extremes.empty()) print("\n" + extremes);
   print("\n" + std::to_string(rows.size() - failed) + " of " + std::to_string(rows.size()) +
         " passed\n");
   options.report.write(self_test_json(info, size, rows));

@@ -349,6 +349,27 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
 Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
 Json json_of(glm::dvec3 v) { return Json::array({v.x, v.y, v.z}); }
 
+Json json_of(const Planned& planned, const World& world) {
+  const auto& [scene, plan, prediction, reasons, warnings] = planned;
+  Json j;
+  j["raywave"] = version;
+  j["scene"] = json_of(scene);
+  add_found(world.found, j["scene"]["objects"]);
+  j["triangles"] = world.triangles.size();
+  j["vertices"] = world.positions.size();
+  j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
+  j["plan"] = plan_json(plan);
+  j["accuracy"] = accuracy_json(scene.accuracy, plan);
+  for (const auto& [part, value] : kernel_options(plan))
+    j["kernels"][std::string(part.name)] = value;
+  j["prediction"] = json_of(prediction);
+  j["reasons"] = reasons;
+  j["warnings"] = warnings;
+  return j;
+}
+
+}  // namespace
+
 Json json_of(const Prediction& prediction) {
   const auto& t = prediction.times;
   Json j{{"seconds",
@@ -405,27 +426,6 @@ Json json_of(const Prediction& prediction) {
   }
   return j;
 }
-
-Json json_of(const Planned& planned, const World& world) {
-  const auto& [scene, plan, prediction, reasons, warnings] = planned;
-  Json j;
-  j["raywave"] = version;
-  j["scene"] = json_of(scene);
-  add_found(world.found, j["scene"]["objects"]);
-  j["triangles"] = world.triangles.size();
-  j["vertices"] = world.positions.size();
-  j["bounds_m"] = Json::array({json_of(world.min_m), json_of(world.max_m)});
-  j["plan"] = plan_json(plan);
-  j["accuracy"] = accuracy_json(scene.accuracy, plan);
-  for (const auto& [part, value] : kernel_options(plan))
-    j["kernels"][std::string(part.name)] = value;
-  j["prediction"] = json_of(prediction);
-  j["reasons"] = reasons;
-  j["warnings"] = warnings;
-  return j;
-}
-
-}  // namespace
 
 std::string plan_report_text(const std::vector<Planned>& planned, const World& world) {
   Rows out = text_stream();

@@ -100,6 +100,9 @@ HologramSpec hologram_of_report(const std::filesystem::path& report,
 ViewerSpec viewer_of_report(const std::filesystem::path& report,
                             const std::filesystem::path& file = {});
 
+/// What `raywave plan --json` says of a laser's hologram.
+Json json_of(const Prediction& prediction);
+
 // The description of a device in reports.
 
 Json json_of(const cl::WorkShape& shape);

@@ -90,5 +90,27 @@ DEVICE_TEST("the table and its JSON tell device, driver, version, date, and ever
   CHECK(json["rows"][1]["note"] == "so it is");
 }
 
+TEST_CASE("of each extreme, the carrier that planning takes and its margin are told") {
+  const auto row = [](const char* part, const char* claim, double measured, const char* note) {
+    return SelfTestRow{part, claim, "relative L2", 1e-4, measured, true, 0, note};
+  };
+  const std::vector<SelfTestRow> rows{
+      row("WRPs", "wavelength 1 mm", 2e-6, ""),
+      row("planes", "wavelength 1 mm, if planned", 0, "over WRPs: they are better here"),
+      row("WRPs", "pitch 100 um", 3e-6, ""),
+      row("planes", "pitch 100 um, if planned", 5e-6, "400 samples"),
+      row("FFT", "clfft, if planned", 1e-7, "")};
+  const auto extremes = extremes_of(rows);
+  REQUIRE(extremes.size() == 2);
+  CHECK(extremes[0].carrier == "WRPs");
+  CHECK(extremes[0].measured == 2e-6);
+  CHECK(extremes[1].carrier == "virtual planes");
+  CHECK(extremes[1].measured == 5e-6);
+  CHECK_SAYS(extremes_text(rows), "wavelength 1 mm", "2 % of the bound", "5 % of the bound");
+  CHECK(nlohmann::json::parse(self_test_json({}, SelfTestSize::quick, rows))["extremes"].size() ==
+        2);
+  CHECK(extremes_text({}).empty());
+}
+
 }  // namespace
 }  // namespace raywave

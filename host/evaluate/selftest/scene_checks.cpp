@@ -124,7 +124,8 @@ Finding over_virtual_planes(const cl::Device& device, Stage stage, cl::FftBacken
   stage.scene.wrp.propagation = WrpPropagation::automatic;
   const Rig rig(device, stage);
   const auto& plan = rig.plan;
-  if (propagation_of(plan) != WrpPropagation::compact) return {0, "over WRPs: " + plan.why_carrier};
+  if (propagation_of(plan) != WrpPropagation::compact)
+    return {0, std::string(not_over_planes) + plan.why_carrier};
   const auto columns = static_cast<std::size_t>(plan.tiling.tile_size.x);
   cl::ComplexBuffer plane(device, plan.gathered_pixels(), "virtual plane"),
       field(device, columns * static_cast<std::size_t>(plan.tiling.tile_size.y), "field");
@@ -156,10 +157,12 @@ struct Plate {
   const char* name;
   ivec2 resolution;
   double pitch_m, wavelength_m;
-  double width_m;  // side of the square, tilted by slopes of 1/10 and 1/20
+  double width_m;  // side of the square, before it is tilted
   dvec3 centre_m;
   double intensity = 1, shininess = 20;
   std::optional<double> wrp_m = {};
+  glm::dvec2 slope{0.1, 0.05};
+  int samples = 20;  // along a side
 };
 
 Stage stage_of(const Plate& e) {
@@ -168,7 +171,7 @@ Stage stage_of(const Plate& e) {
   material.specular = dvec3(0.5);
   material.shininess = e.shininess;
   const double half = e.width_m / 2;
-  const dvec3 u(half, 0, 0.1 * half), v(0, half, 0.05 * half), to_viewer(0, 0, -1),
+  const dvec3 u(half, 0, e.slope.x * half), v(0, half, e.slope.y * half), to_viewer(0, 0, -1),
       normal = normalize(cross(u, v));
   stage.add(reference::rectangle(e.centre_m, u, v), material);
   Light light;  // its highlight points along the axis
@@ -176,7 +179,7 @@ Stage stage_of(const Plate& e) {
   light.intensity = e.intensity;
   stage.scene.lights = {light};
   stage.scene.hologram = {e.resolution, {e.pitch_m, e.pitch_m}, e.wavelength_m};
-  stage.scene.sampling.pitch_m = e.width_m / 20;
+  stage.scene.sampling.pitch_m = e.width_m / e.samples;
   stage.scene.wrp.grid = ivec2(1, 1);
   if (e.wrp_m) stage.scene.wrp.distances_m = {*e.wrp_m};
   return stage;
@@ -193,6 +196,30 @@ const Plate plates[] = {
     {"scene 100 m away", {48, 40}, 100 * um, red_m, 0.2, {0, 0, 100}, 1, 20, 50},
     {"hologram of 1 x 1 samples", {1, 1}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}, 1, 20, 1 * mm},
     {"hologram of 1 x 97 samples", {1, 97}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}},
+    {"60 degrees off the axis", {48, 40}, 0.3 * um, red_m, 20 * um, {1.7 * mm, 0, 1 * mm}},
+    {"surface nearly edge-on",
+     {48, 40},
+     slm_m,
+     red_m,
+     20 * um,
+     {0, 0, 20 * mm},
+     1,
+     20,
+     {},
+     {50, 0}},
+    {"depth from 20 mm to 1 m", {48, 40}, slm_m, red_m, 10 * mm, {0, 0, 0.51}, 1, 20, {}, {98, 0}},
+    {"one sample", {48, 40}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}, 1, 20, {}, {0.1, 0.05}, 1},
+    {"14,400 samples",
+     {48, 40},
+     slm_m,
+     red_m,
+     1 * mm,
+     {0, 0, 10 * mm},
+     1,
+     20,
+     {},
+     {0.1, 0.05},
+     120},
     {"shininess 0", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1, 0},
     {"shininess 1e6", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1, 1e6},
     {"intensity 1e12", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1e12},
@@ -230,12 +257,14 @@ std::vector<SelfCheck> scene_checks() {
         });
   for (const auto& plate : plates) {
     const std::string name = plate.name;
-    add("WRPs", name, field_bound,
-        [&](const cl::Device& device) { return rendered(device, stage_of(plate), Method::wrp); });
+    add("WRPs", name, field_bound, [&](const cl::Device& device) {
+      return exact_or_refused("no light arrives",
+                              [&] { return rendered(device, stage_of(plate), Method::wrp); });
+    });
     add("hologram", name, field_bound, [&](const cl::Device& device) {
       return rendered(device, stage_of(plate), Method::points);
     });
-    add("planes", name + ", if planned", field_bound, [&](const cl::Device& device) {
+    add("planes", name + std::string(if_planned), field_bound, [&](const cl::Device& device) {
       return over_virtual_planes(device, stage_of(plate), cl::FftBackend::host);
     });
   }

@@ -62,6 +62,32 @@ std::string self_test_line(const SelfTestRow& row) {
          (row.passed || row.note.empty() ? "" : "      " + row.note + "\n");
 }
 
+std::vector<Extreme> extremes_of(const std::vector<SelfTestRow>& rows) {
+  std::vector<Extreme> extremes;
+  for (const auto& row : rows) {
+    if (row.part != "planes" || !row.claim.ends_with(selftest::if_planned)) continue;
+    const auto name = row.claim.substr(0, row.claim.size() - selftest::if_planned.size());
+    const bool over_planes = !row.note.starts_with(selftest::not_over_planes);
+    const auto served =
+        over_planes ? &row : std::find_if(rows.data(), rows.data() + rows.size(), [&](auto& other) {
+          return other.part == "WRPs" && other.claim == name;
+        });
+    if (served != rows.data() + rows.size())
+      extremes.push_back(
+          {name, over_planes ? "virtual planes" : "WRPs", served->measured, served->bound});
+  }
+  return extremes;
+}
+
+std::string extremes_text(const std::vector<SelfTestRow>& rows) {
+  std::string text;
+  for (const auto& extreme : extremes_of(rows))
+    text += format("%-32s %-14s %8s  %s of the bound\n", extreme.name.c_str(),
+                   extreme.carrier.c_str(), figure(extreme.measured).c_str(),
+                   percent_text(extreme.measured / extreme.bound).c_str());
+  return text.empty() ? "" : "extreme                          carrier           error\n" + text;
+}
+
 std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
                            const std::vector<SelfTestRow>& rows) {
   Json j;
@@ -81,6 +107,11 @@ std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
                          {"seconds", row.seconds},
                          {"note", row.note}});
   }
+  for (const auto& extreme : extremes_of(rows))
+    j["extremes"].push_back({{"extreme", extreme.name},
+                             {"carrier", extreme.carrier},
+                             {"measured", extreme.measured},
+                             {"bound", extreme.bound}});
   return j.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 

@@ -5,6 +5,7 @@
 
 #include <functional>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "cl/device.hpp"
@@ -55,11 +56,28 @@ std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size);
 /// A row as a line of the table, with its note in a line of its own where it failed.
 std::string self_test_line(const SelfTestRow& row);
 
+/// A scene at a limit, by the carrier that planning takes for it.
+struct Extreme {
+  std::string name, carrier;
+  double measured = 0, bound = 0;  // relative L2 error of the field
+};
+
+/// Of the rows of scenes that were computed with every carrier, in their order.
+std::vector<Extreme> extremes_of(const std::vector<SelfTestRow>& rows);
+
+/// A line each, with the factor that is left to the bound; empty where there are none.
+std::string extremes_text(const std::vector<SelfTestRow>& rows);
+
 /// Everything, for machines.
 std::string self_test_json(const cl::DeviceInfo& device, SelfTestSize size,
                            const std::vector<SelfTestRow>& rows);
 
 namespace selftest {
+
+/// What claims of a scene over virtual planes end with; those over WRPs have the same beginning.
+inline constexpr std::string_view if_planned = ", if planned";
+/// What notes of such a claim begin with where planning takes another carrier.
+inline constexpr std::string_view not_over_planes = "over WRPs: ";
 
 /// Parts of the pipeline by themselves. A check more is a line more in its part's list.
 std::vector<SelfCheck> part_checks(const cl::DeviceInfo& device, SelfTestSize size);

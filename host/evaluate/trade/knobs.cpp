@@ -106,7 +106,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
 
 /// Adds, for each knob that the scene leaves open, a row for every value; other knobs keep the base
 /// value.
-void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
+void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<double>& pitches_m,
                const TradeSpec& spec) {
   const auto base = trade.rows[trade.base].knobs;
   const auto step = [&](const std::string& knob, const std::string& value,
@@ -141,7 +141,19 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
   vary("sampling.visibility", {0, 4, 8, 16}, 2);
   if (has_wrps) vary("sampling.cone", {1.0, 1.1, 1.2, 1.4}, 2);
   if (has_wrps) vary("sampling.apodization", {0.0, 0.1, 0.2, 0.3, 0.4}, 2);
-  if (base.blur_m > 0) vary("refine.iterations", {0, 1, 2, 3, 4, 6, 8, 12}, 3);
+  if (base.blur_m > 0) vary("refine.iterations", {0, 1, 2, 3, 4, 6, 8, 12, 28}, 3);
+  if (base.propagation == WrpPropagation::compact) {
+    vary("wrp.lines", {1, 2, 4, 8}, 2);
+    vary("wrp.margin", {0.0, 2.0, 4.0, 8.0}, 2);
+  }
+  const auto& scene = trade.scenes[0];
+  const auto is_any = [](const auto& all, auto of) {
+    return std::any_of(all.begin(), all.end(), of);
+  };
+  if (is_any(scene.lights, [](const Light& light) { return light.samples > 1; }))
+    vary("light.samples", {0.25, 0.5, 2.0}, 2);
+  if (is_any(world.materials, [](const Material& material) { return material.is_specular(); }))
+    vary("trace.bounces", {"points", "paths"}, 2);
   vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
   if (!spec.fft) {
@@ -149,8 +161,16 @@ void add_steps(Trade& trade, Rows& rows, const std::vector<double>& pitches_m,
       if (cl::serves(backend, trade.device)) vary("fft", {std::string(cl::name_of(backend))}, 1);
     }
   }
-  if (trade.scenes[0].given.contains("sampling.mode")) return;
   auto knobs = base;
+  knobs.iterations = 0;  // refined pictures have an encoding of their own
+  if (!scene.given.contains("slm.encoding") && !shows_amplitude(scene.slm.encoding)) {
+    for (const auto encoding : {Encoding::phase, Encoding::double_phase}) {
+      knobs.encoding = encoding;
+      step("slm.encoding", name_of(encoding), knobs);
+    }
+  }
+  if (scene.given.contains("sampling.mode")) return;
+  knobs = base;
   knobs.mode = SamplingMode::fan;
   knobs.propagation = WrpPropagation::spectrum;
   knobs.layers = 1;  // rays of a fan cross all layers
@@ -173,6 +193,13 @@ std::vector<Scene> with_knobs(std::vector<Scene> scenes, const TradeKnobs& knobs
     scene.wrp.padding = knobs.padding;
     scene.wrp.layers = knobs.layers;
     scene.accuracy.precision = knobs.precision;
+    scene.slm.encoding = knobs.encoding;
+    scene.trace.bounces = knobs.bounces;
+    if (knobs.lines > 0) scene.wrp.lines = knobs.lines;
+    if (knobs.margin_px >= 0) scene.wrp.margin_px = knobs.margin_px;
+    for (auto& light : scene.lights)
+      light.samples =
+          std::clamp(static_cast<int>(knobs.light_samples * light.samples), 1, most_lights);
     if (knobs.iterations == 0) {
       scene.refine.reset();
       continue;
@@ -202,7 +229,11 @@ TradeKnobs knobs_of(const Scene& scene, const Plan& plan, cl::FftBackend fft) {
           plan.precision,
           fft,
           is_refined ? planned_iterations(plan) : 0,
-          is_refined ? plan.refine->blur_m.value() : 0};
+          is_refined ? plan.refine->blur_m.value() : 0,
+          plan.slm.encoding,
+          scene.trace.bounces,
+          w.lines.value_or(0),
+          w.margin_px.value_or(-1)};
 }
 
 const std::vector<TradeKnob>& trade_knobs() {
@@ -225,6 +256,12 @@ const std::vector<TradeKnob>& trade_knobs() {
                        cl::name_of(cl::FftBackend::vkfft).data()}),
       plain("refine.iterations", &TradeKnobs::iterations),
       plain("refine.blur", &TradeKnobs::blur_m),
+      named("slm.encoding", &TradeKnobs::encoding,
+            std::array{"phase", "double-phase", "off-axis", "burckhardt", "lee", "auto"}),
+      named("trace.bounces", &TradeKnobs::bounces, std::array{"auto", "points", "paths"}),
+      plain("wrp.lines", &TradeKnobs::lines),
+      plain("wrp.margin", &TradeKnobs::margin_px),
+      plain("light.samples", &TradeKnobs::light_samples),
   };
   return knobs;
 }
@@ -245,23 +282,16 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   // A row for each preset; "balanced" is the base.
   const auto figures = figures_of(trade.device);
   const auto fft = spec.fft.value_or(cl::default_backend(trade.device));
-  const auto lasers = static_cast<double>(trade.scenes.size());
   Rows rows(trade.rows);
-  double resolution_m = 0;
+  double resolution_m = 0, balanced_s = 0;
   for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
     const auto planned = plan_scenes(trade.scenes, world, figures, {preset, {}, {}});
     const auto row = rows.add(knobs_of(planned[0].scene, planned[0].plan, fft), true);
-    auto& of_preset = trade.presets.emplace_back(TradePreset{preset, row, {}, 0, 0});
-    for (const auto& laser : planned) {
-      const auto& predicted = laser.prediction;
-      for (auto seconds :
-           {&PredictedTimes::samples_s, &PredictedTimes::trace_s, &PredictedTimes::propagate_s,
-            &PredictedTimes::refine_s, &PredictedTimes::encode_s})
-        of_preset.predicted.*seconds += predicted.times.*seconds;
-      of_preset.predicted_psnr_db += predicted.pictures->mean_psnr_db / lasers;
-      of_preset.predicted_bytes += predicted.device_bytes;
+    trade.presets.push_back({preset, row});
+    if (preset == Preset::balanced) {
+      trade.base = row;
+      balanced_s = planned[0].prediction.times.total_s();
     }
-    if (preset == Preset::balanced) trade.base = row;
     resolution_m = planned[0].prediction.resolution_m;
   }
 
@@ -279,13 +309,11 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
     if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
       pitches_m.push_back(c.pitch_m);
   }
-  add_steps(trade, rows, pitches_m, spec);
+  add_steps(trade, world, rows, pitches_m, spec);
 
   // Rows of choices at or near the predicted frontier, in which several knobs vary together
   const auto base = trade.rows[trade.base].knobs;
   const double blur_m = blur_of_resolution * resolution_m;
-  const double balanced_s =
-      trade.presets[static_cast<std::size_t>(Preset::balanced)].predicted.total_s() / lasers;
   const auto best = !spec.exhaustive ? predicted_frontier(all)
                     : spec.quick     ? near_frontier(all, balanced_s)
                                      : near_frontier(all, std::numeric_limits<double>::infinity());
@@ -304,6 +332,7 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
       }
       knobs.antialias = antialias;
       knobs.visibility = visibility;
+      knobs.encoding = c.iterations > 0 ? Encoding::phase : trade.scenes[0].slm.encoding;
       knobs.iterations = c.iterations;
       if (c.iterations > 0) knobs.blur_m = blur_m;
       trade.together.push_back(rows.add(knobs, false));

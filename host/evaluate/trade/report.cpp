@@ -14,7 +14,7 @@ namespace raywave {
 namespace {
 
 /// Stages shown in the CSV and the text; the JSON has more stages.
-constexpr std::array stages{"samples", "trace", "propagate", "encode"};
+constexpr std::array stages{"samples", "trace", "propagate", "refine", "encode"};
 
 /// The reasons why a row was measured: "draft", "wrp.padding = 2", "together"; and "frontier" when
 /// it lies there.
@@ -74,7 +74,8 @@ Json json_of(const TradeRow& row) {
        {"flip", row.flip()},
        {"speckle_contrast", {{"lens", row.contrast_lens()}, {"hologram", row.contrast_hologram()}}},
        {"samples", row.samples},
-       {"device_bytes", row.device_bytes}});
+       {"device_bytes", row.device_bytes},
+       {"predicted", row.predicted}});
   for (const auto& [stage, time] : row.stages)
     json["stages"][stage] = {{"wall_s", time.wall_s}, {"processor_s", time.processor_s}};
   for (const auto& p : row.pictures) {
@@ -84,8 +85,7 @@ Json json_of(const TradeRow& row) {
          {"psnr_db", p.psnr_db},
          {"ssim", p.ssim},
          {"flip", p.flip},
-         {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}},
-         {"field", {{"psnr_db", p.field_psnr_db}}}});
+         {"speckle_contrast", {{"lens", p.contrast_lens}, {"hologram", p.contrast_hologram}}}});
   }
   if (row.correlation)
     json["against_points"] = {{"correlation", *row.correlation},
@@ -103,13 +103,13 @@ TradeRow row_of(const Json& json) {
   row.time_s = json.at("time_s");
   row.samples = json.at("samples");
   row.device_bytes = json.at("device_bytes");
+  row.predicted = json.at("predicted");
   for (const auto& [stage, time] : json.at("stages").items())
     row.stages[stage] = {time.at("wall_s"), time.at("processor_s")};
   for (const auto& p : json.at("pictures")) {
     const auto& contrast = p.at("speckle_contrast");
     row.pictures.push_back({p.at("view"), p.at("z_m"), p.at("psnr_db"), p.at("ssim"), p.at("flip"),
-                            contrast.at("lens"), contrast.at("hologram"),
-                            p.at("field").at("psnr_db")});
+                            contrast.at("lens"), contrast.at("hologram")});
   }
   if (json.contains("against_points")) {
     row.correlation = json["against_points"].at("correlation");
@@ -155,16 +155,7 @@ std::string trade_json(const Trade& trade) {
             {"base", trade.base}};
   json["device"]["compute_units"] = trade.device.compute_units;
   for (const auto& preset : trade.presets) {
-    Json one{{"preset", name_of(preset.preset)},
-             {"row", preset.row},
-             {"predicted",
-              {{"time_s", preset.predicted.total_s()},
-               {"samples_s", preset.predicted.samples_s},
-               {"trace_s", preset.predicted.trace_s},
-               {"propagate_s", preset.predicted.propagate_s},
-               {"encode_s", preset.predicted.encode_s},
-               {"psnr_db", preset.predicted_psnr_db},
-               {"device_bytes", preset.predicted_bytes}}}};
+    Json one{{"preset", name_of(preset.preset)}, {"row", preset.row}};
     const auto& row = trade.rows[preset.row];
     if (row.renders > 0) {
       const auto fastest = fastest_as_accurate(trade.rows, preset.row);
@@ -228,8 +219,8 @@ std::string trade_csv(const Trade& trade) {
 std::string trade_text(const Trade& trade) {
   const auto& base = trade.rows[trade.base];
   std::string text = format(
-      "%s on %s; PSNR and SSIM at %s, mean of %zu depths; times of samples, trace, propagate and "
-      "encode\n\n",
+      "%s on %s; PSNR and SSIM at %s, mean of %zu depths; times of samples, trace, propagate, "
+      "refine and encode\n\n",
       trade.scenes[0].file.filename().c_str(), trade.device.name.c_str(),
       length_text(trade.resolution_m).c_str(), trade.pictures.depths_m.size());
   // A line for a row: its figures, or why it has none
@@ -249,7 +240,7 @@ std::string trade_text(const Trade& trade) {
     add(name_of(preset.preset), row);
     if (row.renders == 0) continue;
     text += format("%-10s  %8s     %6.2f     predicted\n", "",
-                   milliseconds(preset.predicted.total_s()).c_str(), preset.predicted_psnr_db);
+                   milliseconds(row.predicted_s()).c_str(), row.predicted_psnr_db());
     const auto fastest = fastest_as_accurate(trade.rows, preset.row);
     if (fastest == preset.row) continue;
     text += format("%-10s  %.2f times the time of the fastest that is as accurate:\n", "",

@@ -8,8 +8,10 @@
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/evaluate/trade/knobs.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/scene/image.hpp"
 #include "host/scene/scene_json.hpp"
@@ -86,9 +88,21 @@ double TradeRow::contrast_lens() const {
   return mean(pictures, false, &TradePicture::contrast_lens);
 }
 
+double TradeRow::predicted_s() const {
+  double sum = 0;
+  for (const auto& laser : predicted) sum += laser.at("seconds").at("total").get<double>();
+  return sum;
+}
+double TradeRow::predicted_psnr_db() const {
+  double sum = 0;
+  for (const auto& laser : predicted)
+    sum += laser.value(Json::json_pointer("/pictures/mean_psnr_db"), 0.0);
+  return predicted.empty() ? 0 : sum / static_cast<double>(predicted.size());
+}
+
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
   double sum = 0;
-  for (const char* stage : {"samples", "trace", "propagate", "encode"}) {
+  for (const char* stage : {"samples", "trace", "propagate", "refine", "encode"}) {
     const auto found = row.stages.find(stage);
     if (found == row.stages.end()) continue;
     sum += device.kind == cl::DeviceKind::cpu
@@ -114,6 +128,7 @@ TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, Worl
   trade_.grid = plan.grid;
   auto& pictures = trade_.pictures;
   pictures = spec.pictures;
+  pictures.field = false;
   if (pictures.depths_m.empty()) pictures.depths_m = quality_depths_m(plan);
   pictures.blur_m = blur_of_resolution * trade_.resolution_m;
   if (!pictures.window)
@@ -174,9 +189,11 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   }
 }
 
-/// Unmeasured rows that differ from row `first` only in the number of frames, sorted by it. One
-/// rendering serves all of them.
+/// Unmeasured rows that differ from row `first` only in the number of frames, sorted by it, and that
+/// one rendering serves.
 std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
+  // Frames are refined as a set: some of them show less than as many on their own
+  if (trade_.rows[first].knobs.iterations > 0) return {first};
   std::vector<std::size_t> some;
   for (std::size_t i = first; i < trade_.rows.size(); ++i) {
     const auto& row = trade_.rows[i];
@@ -215,8 +232,8 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     for (std::size_t i = 0; i < rows.size(); ++i) {
       for (const auto& look : looks[i].rows) {
         const auto& f = look.figures.luminance;
-        rows[i].pictures.push_back({look.view, look.z_m, f.psnr_db, f.ssim, f.flip, f.contrast_a,
-                                    f.contrast_b, look.field_figures.luminance.psnr_db});
+        rows[i].pictures.push_back(
+            {look.view, look.z_m, f.psnr_db, f.ssim, f.flip, f.contrast_a, f.contrast_b});
       }
     }
     if (pictures.against_points && rows.back().thorough) {
@@ -226,7 +243,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
         row.field_error = figures.error;
       }
     }
-    time(rows.back(), renderer);
+    time(rows.back(), renderer, how);
   }
   // The other rows are only timed.
   how.keep_field = false;
@@ -234,12 +251,12 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     Renderer renderer(cl::Device(device_.info()), with_knobs(trade_.scenes, rows[i].knobs), world_,
                       how);
     renderer.render_lasers();  // warms up
-    time(rows[i], renderer);
+    time(rows[i], renderer, how);
   }
   for (std::size_t i = 0; i < rows.size(); ++i) trade_.rows[some[i]] = std::move(rows[i]);
 }
 
-void TradeBench::time(TradeRow& row, Renderer& renderer) const {
+void TradeBench::time(TradeRow& row, Renderer& renderer, const RenderOptions& how) const {
   std::map<std::string, std::vector<double>> wall_s, processor_s;
   const Stopwatch watch;
   const auto is_enough = [&](int renders) {
@@ -247,6 +264,11 @@ void TradeBench::time(TradeRow& row, Renderer& renderer) const {
     if (watch.wall_s() > long_s) return true;
     return renders >= most_renders || (renders >= fewest_renders && watch.wall_s() > enough_s);
   };
+  for (const auto& laser : plan_scenes(with_knobs(trade_.scenes, row.knobs), world_,
+                                       figures_of(trade_.device), {}, how.keep_field)) {
+    row.predicted.push_back(json_of(laser.prediction));
+    row.predicted.back()["encoding"] = name_of(laser.plan.slm.encoding);
+  }
   do {
     const auto& objects = trade_.scenes[0].objects;
     for (std::size_t i = 0; i < objects.size(); ++i)

@@ -7,10 +7,12 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
+#include "host/common/json.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/render.hpp"
@@ -33,6 +35,11 @@ struct TradeKnobs {
   cl::FftBackend fft = cl::FftBackend::host;
   int iterations = 0;  // refine.iterations; 0: the levels are the field's own
   double blur_m = 0;   // refine.blur
+  Encoding encoding = Encoding::automatic;
+  Bounces bounces = Bounces::automatic;
+  int lines = 0;             // wrp.lines; 0: auto
+  double margin_px = -1;     // wrp.margin; < 0: auto
+  double light_samples = 1;  // over those that area lights and environments have in the scene
 
   bool operator==(const TradeKnobs&) const = default;
 };
@@ -50,7 +57,6 @@ struct TradePicture {
   std::string view;
   double z_m = 0, psnr_db = 0, ssim = 0, flip = 0;
   double contrast_lens = 0, contrast_hologram = 0;  // of speckle
-  double field_psnr_db = 0;                         // of the complex field; psnr_db: of the levels
 };
 
 /// A configuration and its measurements.
@@ -67,7 +73,9 @@ struct TradeRow {
   std::optional<double> correlation, field_error;
   int samples = 0;
   std::uint64_t device_bytes = 0;  // peak
-  std::string note;                // why it cannot be computed
+  // What was predicted of each laser's hologram, as `raywave plan --json` has it
+  Json predicted = Json::array();
+  std::string note;  // why it cannot be computed
 
   bool is_done() const { return renders > 0 || !note.empty(); }
   /// Means over the depths seen through the whole hologram, or (`sides`) over the views through its
@@ -77,20 +85,19 @@ struct TradeRow {
   double flip() const;
   double contrast_hologram() const;
   double contrast_lens() const;
+  /// Of all lasers together, and the mean of what each one's picture has.
+  double predicted_s() const;
+  double predicted_psnr_db() const;
 };
 
-/// Seconds of samples, trace, propagate and encode together: the stages that knobs change and plans
-/// predict. On CPUs, processor seconds divided by the compute units, so that other programs hardly
+/// Seconds of samples, trace, propagate, refine and encode together: the stages that knobs change
+/// and plans predict. On CPUs, processor seconds divided by the compute units, so that other programs hardly
 /// count; on other devices, wall-clock seconds.
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
   Preset preset = Preset::balanced;
   std::size_t row = 0;
-  // Times and device memory of all lasers together, and the mean PSNR of what each shows
-  PredictedTimes predicted;
-  double predicted_psnr_db = 0;
-  std::uint64_t predicted_bytes = 0;
 };
 
 /// One knob at a value other than the base's. sampling.mode, source and shape count as one knob.
@@ -159,7 +166,7 @@ public:
 private:
   std::vector<std::size_t> same_but_frames(std::size_t first) const;
   void measure_together(const std::vector<std::size_t>& rows);
-  void time(TradeRow& row, Renderer& renderer) const;
+  void time(TradeRow& row, Renderer& renderer, const RenderOptions& how) const;
 
   cl::Device device_;
   TradeSpec spec_;
