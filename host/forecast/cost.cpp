@@ -67,11 +67,12 @@ constexpr double nodes_of_picture = 2.5e5;
 /// A frame's launches of the encoding, in levels.
 constexpr double levels_of_a_frame = 1.5e5;
 
-/// Padding of the refinement's planes, and passes over their pixels per iteration, in butterflies.
-constexpr double refine_padding = 1.25, butterflies_of_a_refined_pixel = 18;
+/// Passes over the pixels of the refinement's planes per iteration, in butterflies.
+constexpr double butterflies_of_a_refined_pixel = 18;
 
-/// The same towards pictures made of samples, the making of the pictures included.
-constexpr double butterflies_of_a_paced_pixel = 138;
+/// The same towards pictures made of samples, and what a sample adds to the picture of an
+/// iteration.
+constexpr double butterflies_of_a_paced_pixel = 118, butterflies_of_a_paced_sample = 8000;
 
 /// The same of pictures that are propagated exactly.
 constexpr double exact_padding = 2, exact_transforms = 2;
@@ -146,6 +147,8 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
   // An iteration takes a round: all of the hologram
   const double each = of_samples ? looking(1, 1) : drawn_looks / draws;
   work.refine_butterflies = frames * iterations * 2 * each + (frames - 1) * all_looks;
+  if (of_samples)
+    work.refine_butterflies += butterflies_of_a_paced_sample * iterations * work.samples;
 }
 
 double count_butterflies(const Plan& plan, int frames) {
@@ -274,12 +277,12 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   work.butterflies = count_butterflies(plan, scene.sampling.frames);
   const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
                levels = levels_of_a_ray + descent;
+  if (plan.samples.aimed) count_samples(world, plan, view, descent, work);
   if (plan.refine) add_refinement(plan, scene.sampling.frames, levels, work);
   if (!plan.samples.aimed) {
     work.pairs = static_cast<double>(primary_rays(plan)) * levels * frames;
     return work;
   }
-  count_samples(world, plan, view, descent, work);
   const double gatherings = std::ceil(frames / most_frames_together);
   const auto lights = static_cast<double>(lights_of(plan.lighting));
   if (planes) {

@@ -94,6 +94,7 @@ struct DeviceFigures {
 
 /// Adds what Plan::refine costs.
 ///
+/// work                 whose samples are known, where pictures are made of them
 /// frames               of a picture
 /// levels_of_a_descent  of the tree, that a ray of a lens's picture goes down
 void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work);

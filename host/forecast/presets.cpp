@@ -219,11 +219,8 @@ void predict_memory(const World& world, const DeviceFigures& device, const Memor
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
   auto& bytes = planned.prediction.device_bytes;
-  const int colours = plan.hologram.colour ? 24 : 0;  // SampleTable::colours: six floats
-  const auto each = sizeof(device::Sample) + sizeof(device::ProjectedSample) + 16 +
-                    8 * plan.hologram.frames + colours;
   bytes = needs.device_bytes() +
-          static_cast<std::uint64_t>(planned.prediction.work.samples * static_cast<double>(each));
+          static_cast<std::uint64_t>(bytes_of_samples(plan, planned.prediction.work.samples));
 
   // What does not fit into the host is planned in one piece: nothing else would be worth a line
   if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())

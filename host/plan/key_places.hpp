@@ -9,6 +9,9 @@
 
 namespace raywave {
 
+/// Sides of a picture's plane over those of the open part of the hologram, where rays make it.
+inline constexpr double refine_padding = 1.25;
+
 /// A depth, and the part of the hologram that looks there.
 struct KeyPlace {
   double z_m = 0;

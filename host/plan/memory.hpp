@@ -55,6 +55,14 @@ inline constexpr int most_frames_together = 16;
 /// Buffers of levels: while one is copied to the host, the next field is encoded into another.
 inline constexpr std::size_t level_buffers = 2;
 
+/// Samples whose light by parts of the window is made together.
+inline constexpr std::size_t most_lit_together = 1 << 16;
+
+/// Samples that a cell of the lattice has room for at first, and the most memory for the cells whose
+/// samples are found together.
+inline constexpr int slots_of_cell = 4;
+inline constexpr std::uint64_t most_band_bytes = std::uint64_t{64} << 20;
+
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half
 /// a gigabyte, one WRP's into one buffer.
 int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes);

@@ -2,13 +2,17 @@
 #include "host/planning/memory_needs.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
 
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/footprint.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/planning/tiles.hpp"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -16,8 +20,65 @@ namespace {
 /// Share of the memory that a plan may take before its surface samples are known.
 constexpr double share_without_samples = 7.0 / 8;
 
+/// Of the profiles of samples that are gathered together, about.
+constexpr double most_profile_bytes = 128 << 20;
+
+/// Arrays grow by an eighth more than is needed.
+constexpr double grown = 9.0 / 8;
+
+/// Of the lists of bins that a sample lights on virtual planes, about.
+constexpr double bytes_of_bins = 100;
+
 std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
 std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
+
+/// Of a sample as it is found: itself, its visibility mask, the lights that reach it, its colours.
+std::uint64_t bytes_of_found(const Plan& plan) {
+  const auto parts = size(plan.samples.visibility_parts);
+  return sizeof(device::Sample) +
+         4 * (std::max<std::uint64_t>(1, parts * parts / 32) + plan.lighting.lights.size() / 32 +
+              1 + (plan.hologram.colour ? 6 : 0));
+}
+
+/// What pictures to refine towards take: planes of light, and the parts of them that are wanted.
+void add_pictures(const Plan& plan, const std::string& advice, std::vector<MemoryNeed>& needs) {
+  const auto window_m = plan.refine->window_m.value_or(refine_window_m(plan));
+  const double pixels = static_cast<double>(area(plan.hologram.size)),
+               planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
+  double wanted = 0, largest = 0;
+  for (const auto& place : planned_places(plan)) {
+    const auto shown_m = plan.hologram.wavelength_m * std::abs(place.z_m) / plan.hologram.pitch_m,
+               share = place.aperture * glm::min(window_m / shown_m, 1.0);
+    wanted += share.x * share.y * planes;
+    largest = std::max(largest, share.x * share.y * planes);
+  }
+  const auto bytes = [](double each, double count) {
+    return static_cast<std::uint64_t>(each * grown * count);
+  };
+  // A frame for the encoding; intensities, what is blurred of them, and a picture
+  needs.push_back(
+      {"light of the pictures", bytes(8, pixels + planes) + bytes(14, largest), advice});
+  needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
+                   "fewer refine.iterations or a smaller refine.window need less"});
+}
+
+/// Of the profiles of a sample near WRPs.
+double bytes_of_profiles(const Plan& plan) {
+  double most = 0;
+  for (const auto& layer : plan.layers) {
+    for (const double z_m : {plan.extent.near_m, plan.extent.far_m}) {
+      double pixels = 0;
+      bool is_near = false;
+      for (int axis = 0; axis < 2; ++axis) {
+        const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+        pixels += 2 * footprint.reach_m() / plan.hologram.pitch_m[axis] + 5;
+        is_near |= footprint.is_near();
+      }
+      if (is_near) most = std::max(most, 8 * pixels);
+    }
+  }
+  return most;
+}
 
 /// What more tiles do not make less: the scene's triangles and samples, what is returned, and
 /// phases that are refined.
@@ -28,6 +89,10 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   if (plan.samples.aimed) {
     const std::string pitch = "a larger sampling.pitch needs less";
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
+    needs.push_back(
+        {"samples of a band",
+         std::min(most_band_bytes, slots_of_cell * area(plan.lattice.size) * bytes_of_found(plan)),
+         pitch});
     needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
     needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
   }
@@ -40,16 +105,7 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   if (plan.refine) {
     const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
     needs.push_back({"phases of the holograms", 8 * pictures, advice});
-    if (refines_samples(plan)) {
-      // A plane, its intensity, what is blurred of it, a picture; a frame for the encoding
-      needs.push_back({"light of the pictures", 28 * all_pixels, advice});
-      const auto rounds = size(planned_places(plan).back().round + 1);
-      needs.push_back({"wanted pictures", (plan.hologram.frames > 1 ? 8 : 4) * rounds * all_pixels,
-                       "fewer refine.iterations need less"});
-    } else {
-      // A plane padded 1.25, its intensity, what is blurred of it; a frame for the encoding
-      needs.push_back({"light of the pictures", 33 * all_pixels, advice});
-    }
+    add_pictures(plan, advice, needs);
     if (use.keep_field) all.results_bytes += 8 * pictures;
   }
   all.results_bytes += (use.keep_field || (encodes_whole(plan) && !plan.refine) ? 9 : 1) * pictures;
@@ -114,6 +170,24 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
     needs.push_back({"hologram levels", pixels, planes});
   needs.push_back({"added phases", 2 * pixels, planes});
   return all;
+}
+
+double bytes_of_samples(const Plan& plan, double samples) {
+  const auto frames = static_cast<double>(plan.hologram.frames);
+  double each = static_cast<double>(bytes_of_found(plan)) + 8 * frames;
+  // Footprints, what a tile sees of a sample, and the bins that it lights; or its projections
+  if (plan.virtual_planes())
+    each += sizeof(device::CompactFootprint) +
+            4.0 * COMPACT_SEEN * (plan.precision == Precision::doubles ? 2 : 1) + bytes_of_bins;
+  else
+    each += sizeof(device::ProjectedSample) + 16;
+  double bytes = grown * each * samples;
+  if (!plan.virtual_planes())
+    bytes += std::min(grown * samples * bytes_of_profiles(plan), most_profile_bytes);
+  if (plan.refine && refines_samples(plan))
+    bytes += 4 * std::pow(std::max(plan.samples.visibility_parts, 8), 2) *
+             std::min(samples, 1.0 * most_lit_together);
+  return bytes;
 }
 
 std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,

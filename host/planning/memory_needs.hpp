@@ -10,9 +10,12 @@
 
 namespace raywave {
 
-/// All that is to be allocated but the surface samples.
+/// All that is to be allocated but for the surface samples.
 MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& use,
                          std::uint64_t largest_buffer_bytes);
+
+/// What so many surface samples take on the device.
+double bytes_of_samples(const Plan& plan, double samples);
 
 /// A line that tells that results alone are too much for the host's memory, however the hologram is
 /// divided, and what to do; empty where they fit.

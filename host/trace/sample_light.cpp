@@ -3,6 +3,7 @@
 
 #include <algorithm>
 
+#include "host/plan/memory.hpp"
 #include "host/trace/gather_options.hpp"
 
 namespace raywave {
@@ -23,18 +24,17 @@ SampleLight sample_light(const cl::Device& device, const Plan& plan, const Devic
     result.at_m.emplace_back(s.x - lattice.centre_x, s.y - lattice.centre_y,
                              s.z - lattice.centre_z);
 
-  constexpr std::size_t most_together = 1 << 16;
   cl::Program program(device, "kernels/gather/sample_light.cl",
                       gather_options(device, plan, scene, table, 1, 1));
   auto kernel = program.kernel("light_of_parts");
-  const cl::Buffer<float> light(device, std::min(count, most_together) * each,
+  const cl::Buffer<float> light(device, std::min(count, most_lit_together) * each,
                                 "light of samples by parts of the window");
   const auto reference = plan.slm.illumination.sine_at({0, 0}),
              fall = plan.slm.illumination.curvature_per_m();
   const auto most = plan.hologram.largest_sine;
   result.irradiance.resize(count * each);
-  for (std::size_t first = 0; first < count; first += most_together) {
-    const auto some = std::min(most_together, count - first);
+  for (std::size_t first = 0; first < count; first += most_lit_together) {
+    const auto some = std::min(most_lit_together, count - first);
     kernel.run({some}, {lanes_for(device.info()) == 1 ? std::size_t{64} : std::size_t{1}},
                scene.lights, table.samples, table.lit, table.visibility_masks,
                static_cast<std::int32_t>(first), static_cast<std::int32_t>(some), lattice.centre_x,

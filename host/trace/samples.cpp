@@ -21,10 +21,10 @@ void make_room(const cl::Device& device, cl::Buffer<float>& buffer, std::size_t 
   buffer.fill_zero();
 }
 
-/// Approximate memory for the samples of a band: 64 MiB, less on small devices.
+/// Approximate memory for the samples of a band: less on small devices.
 std::size_t band_bytes(const cl::DeviceInfo& device) {
-  return static_cast<std::size_t>(std::min(
-      {std::uint64_t{64} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
+  return static_cast<std::size_t>(
+      std::min({most_band_bytes, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
 }
 
 constexpr int most_samples = 1 << 28;

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "cl/program.hpp"
+#include "host/plan/memory.hpp"
 #include "host/plan/plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/trace/scan.hpp"
@@ -140,7 +141,7 @@ private:
   cl::Program program_;
   cl::Kernel find_samples_, pack_samples_;
   std::optional<cl::Kernel> show_laser_;  // in colour
-  int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
+  int slots_ = slots_of_cell;  // room in each cell, in samples; grows to the largest number found
   Band band_;
   std::optional<SpecularPaths> specular_;
   // For the host: samples, and hidden samples, in all cells before a cell
