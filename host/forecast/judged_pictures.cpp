@@ -16,6 +16,26 @@ namespace {
 constexpr double least_light = 1e-3;
 constexpr double margin_in_blurs = 4;
 
+/// Edges of the view that surfaces touch.
+struct Edges {
+  glm::bvec2 low{false, false}, high{false, false};
+};
+Edges lit_edges(const FrontView& view) {
+  Edges edges;
+  std::size_t cell = 0;
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x, ++cell) {
+      if (view.depth_m[cell] == 0) continue;
+      const glm::ivec2 at(x, y);
+      for (int axis = 0; axis < 2; ++axis) {
+        edges.low[axis] |= at[axis] == 0;
+        edges.high[axis] |= at[axis] == view.size[axis] - 1;
+      }
+    }
+  }
+  return edges;
+}
+
 }  // namespace
 
 std::vector<double> quality_depths_m(const Plan& plan) {
@@ -63,7 +83,23 @@ PictureWindow quality_window(const Plan& plan, const FrontView& view, double blu
     return PictureWindow::around_axis(plan.window_m() * glm::dvec2(plan.grid));
   const auto margin_m =
       margin_in_blurs * blur_m + double(picture_border_px) * plan.hologram.pitch_m;
-  return {window.low_m - margin_m, window.high_m + margin_m};
+  window = {window.low_m - margin_m, window.high_m + margin_m};
+  // Where the scene goes on beyond the lattice its light is not sampled: only what the WRPs cover is
+  // judged, as sharp as it is
+  double nearest_m = infinity;
+  for (const double z_m : depths_m) nearest_m = std::min(nearest_m, std::abs(z_m - view.eye_z_m));
+  const auto covered_m = glm::dvec2(view.size) * view.step * nearest_m;
+  const auto blurred_m =
+      plan.window_m() / 2.0 * ((plan.extent.far_m - plan.extent.near_m) / plan.extent.farthest_m());
+  const auto edges = lit_edges(view);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double low_m = view.low[axis] * nearest_m;
+    if (edges.low[axis]) window.low_m[axis] = std::max(window.low_m[axis], low_m + blurred_m[axis]);
+    if (edges.high[axis])
+      window.high_m[axis] =
+          std::min(window.high_m[axis], low_m + covered_m[axis] - blurred_m[axis]);
+  }
+  return window;
 }
 
 }  // namespace raywave
