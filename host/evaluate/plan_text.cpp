@@ -464,6 +464,7 @@ Json plan_json(const Plan& plan) {
          {"padded", json_of(transformed_size(plan))},
          {"cone_error", cone_error_of(plan)},
          {"propagation_error", propagation_error_of(plan)},
+         {"band_filled", plan.hologram.band_filled},
          {"rays", primary_rays(plan)}};
   if (plan.specular.bounces > 0)
     j["mirrors"] = {{"surfaces", plan.specular.bounces}, {"bounces", name_of(plan.specular.as)}};

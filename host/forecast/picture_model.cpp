@@ -19,22 +19,22 @@ namespace {
 
 using std::numbers::pi;
 
-/// Fitted to the demo scenes (docs/planning.md): what the formulas below leave out.
+/// Fitted to the demo scenes (scripts/fit, docs/planning.md): what the formulas below leave out.
 constexpr double speckle_factor = 0.9;
 // Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
 constexpr double cut_factor = 0.28;
-constexpr double edge_factor = 3e-4;
-constexpr double spot_factor = 4.3e-3;
-constexpr double cell_factor = 1.7e-4;
+constexpr double edge_factor = 6.3e-4;
+constexpr double spot_factor = 9e-3;
+constexpr double cell_factor = 3.6e-4;
 constexpr double background = 0.3;
 
 /// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
 /// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
 /// frames (docs/planning.md).
-constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.4;
+constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.19;
 /// What iterations n towards pictures made of samples leave of the error of phases: rest + first /
-/// n^2. Fitted to the teapot's levels at 1, 2, 3, 4, 6 and 12.
-constexpr double paced_rest = 0.06, paced_first = 0.42;
+/// n^2. By scripts/fit, of presets of five scenes.
+constexpr double paced_rest = 0.09, paced_first = 0.42;
 constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
@@ -46,15 +46,14 @@ constexpr double stop_factor = 0.14;
 /// Phases alone light all parts of the hologram evenly, also those that do not see an object: what
 /// the others see becomes too bright. `uneven` is the mean square over that of the missing light.
 struct EncodingNoise {
-  double haze = 0, grain = 0, uneven = 0;
+  /// `copies` is the square of the brightness of copies of the picture around the band's corners.
+  double haze = 0, grain = 0, uneven = 0, copies = 0;
 };
 
 /// filled  geometric mean of the shares of the SLM's band that the scene fills along x and y
 EncodingNoise noise_of(Encoding encoding, double filled) {
   if (encoding == Encoding::phase) return {6.2e-3, 0.25, 2};
-  // The light that the checkerboard throws aside comes back into pictures that fill the band.
-  const double overlap = std::max(0.0, filled - 0.65);
-  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016) + 5.6 * overlap * overlap, 0.06, 0};
+  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016), 0.06, 0, 0.85};
 }
 
 using Raster = std::vector<float>;
@@ -207,7 +206,21 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
              size_m = high_m - low_m;
-  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0;
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0, copies = 0;
+  // Light of copies around the corners of the band, where the checkerboard throws it
+  const auto corner_m = std::abs(z_m) * plan.hologram.largest_sine;
+  const auto copied = [&](glm::dvec2 place_m) {
+    double sum = 0;
+    for (const glm::dvec2 side : {glm::dvec2(1, 1), {1, -1}, {-1, 1}, {-1, -1}}) {
+      const auto at = ((place_m + side * corner_m) / (z_m - view.eye_z_m) - view.low) / view.step;
+      if (glm::any(glm::lessThan(at, glm::dvec2(0))) ||
+          glm::any(glm::greaterThanEqual(at, glm::dvec2(view.size))))
+        continue;
+      sum += double{lens[static_cast<std::size_t>(at.y) * static_cast<std::size_t>(view.size.x) +
+                         static_cast<std::size_t>(at.x)]};
+    }
+    return sum;
+  };
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto place_m = view.place_m(x, y, z_m);
@@ -226,11 +239,16 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     }
   }
   if (peak == 0) return row;
+  // Copies lie beyond the scene, too
+  for (double y_m = low_m.y + side_m / 2; y_m < high_m.y; y_m += side_m)
+    for (double x_m = low_m.x + side_m / 2; x_m < high_m.x; x_m += side_m)
+      copies += std::pow(copied({x_m, y_m}), 2);
   const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
   row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
+  row.copies = copies * unit;
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
   return row;
 }
@@ -451,7 +469,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
     const double encoding_here = row.light * (std::max(noise.haze, row.unshown) * (1 - flat) +
                                               noise.grain * grain / frames) +
-                                 noise.uneven * row.missing;
+                                 noise.uneven * row.missing + noise.copies * row.copies;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
     const double refined_factor =

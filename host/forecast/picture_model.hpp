@@ -29,6 +29,7 @@ struct PictureRow {
   // planes
   double missing = 0;
   double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
+  double copies = 0;   // mean square of copies of the picture around the corners of the SLM's band
   // Length of the edges of front surfaces and textures, times the square of their step, over the
   // picture's area: 1/m
   double edges_m = 0;
