@@ -203,9 +203,9 @@ Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
   return levels_of(stack, panel_of(slm, {stack.nx, stack.ny}, pixels), on);
 }
 
-Levels pattern(const std::string& name, std::array<int, 2> resolution, const Pixels& pixels,
-               const Slm& slm, const PatternOptions& options) {
-  const PatternSpec spec{pattern_of(name), options.focal_m, options.period_px, side_of(options.to)};
+Levels pattern(Pattern pattern, std::array<int, 2> resolution, const Pixels& pixels, const Slm& slm,
+               const PatternOptions& options) {
+  const PatternSpec spec{pattern, options.focal_m, options.period_px, options.to};
   for (const int side : resolution)
     if (side < 1 || side > 65536)
       throw InputError("resolution: must be 1 to 65536 pixels, got " + std::to_string(side));
@@ -244,7 +244,7 @@ FieldComparison compare(const FieldView& a, const FieldView& b) {
 
 PictureComparison compare(const PictureView& a, const PictureView& b,
                           const CompareOptions& options) {
-  raywave::PictureOptions how{options.blur_px, options.border_px, {}, domain_of(options.domain)};
+  raywave::PictureOptions how{options.blur_px, options.border_px, {}, options.domain};
   if (const auto& region = options.region)
     how.region = Region{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
   if (a.channels != b.channels)
@@ -295,7 +295,8 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
   std::vector<QualityRow> rows;
   for (const auto& row : result.rows) {
     const bool is_colour = row.lens.size() > 1;
-    rows.push_back({row.z_m, row.view, as_comparison(row.figures, is_colour),
+    rows.push_back({row.z_m, choice_of<View>(row.view, "view"),
+                    as_comparison(row.figures, is_colour),
                     as_comparison(row.field_figures, is_colour), row.light_share, row.haze,
                     as_picture(row.lens), as_picture(row.hologram)});
   }
@@ -328,7 +329,7 @@ Trade trade(const Scene& scene, const TradeOptions& options) {
   pictures.border_px = options.border_px;
   const auto& scenes = scene.state().scenes;
   pictures.against_points = options.against_points.value_or(has_few_pixels(scenes[0]));
-  if (!options.on.fft.empty()) spec.fft = opened.fft;
+  if (options.on.fft) spec.fft = opened.fft;
   TradeBench bench(opened.device, scenes, scene.state().world(), spec);
   const auto progress = progress_of(options.progress);
   Sheet sheet;

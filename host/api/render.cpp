@@ -25,13 +25,9 @@
 namespace raywave::v0 {
 namespace {
 
-Method method_of(const RenderOptions& options) {
-  return raywave::method_of(options.method, "method " + in_quotes(options.method));
-}
-
 raywave::RenderOptions options_of(const RenderOptions& options, const Opened& opened) {
   raywave::RenderOptions how;
-  how.method = method_of(options);
+  how.method = options.method;
   if (options.rays_per_axis < 1 || options.rays_per_axis > 1000)
     throw InputError("rays: must be 1 to 1000, got " + std::to_string(options.rays_per_axis));
   how.rays_per_axis = options.rays_per_axis;
@@ -50,7 +46,7 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
                                     raywave::RenderOptions& how, std::vector<Planned>& plans) {
   auto scenes = scene.scenes;
   if (const auto goal = goal_of(options.goal); goal.any()) {
-    if (method_of(options) != Method::wrp)
+    if (options.method != Method::wrp)
       throw InputError("preset, budget, psnr and rate plan method \"wrp\" alone");
     if (scene.is_planned)
       throw InputError("preset, budget, psnr and rate: the scene of a plan has its values chosen");
@@ -139,8 +135,7 @@ Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
 std::vector<Device> list_devices() {
   std::vector<Device> devices;
   for (const auto& d : cl::list_devices())
-    devices.push_back(
-        {d.index, d.platform, d.name, d.driver, name_of(d.kind), d.memory_bytes, d.fp64});
+    devices.push_back({d.index, d.platform, d.name, d.driver, d.kind, d.memory_bytes, d.fp64});
   return devices;
 }
 

@@ -53,6 +53,11 @@ void refuse_forks() {
 
 }  // namespace
 
+std::size_t place_of(std::string_view name, std::span<const char* const> names,
+                     std::string_view what) {
+  return raywave::place_of(name, names, what);
+}
+
 SlmSpec Slm::State::at(double wavelength_m) const {
   if (specs.empty()) return raywave::parse_slm(text, wavelength_m, overrides);
   if (wavelengths_m.empty()) return specs.front();
@@ -73,20 +78,15 @@ cl::DeviceInfo device_info(const std::string& device) {
 
 Opened open(const DeviceOptions& on) {
   const cl::Device device(device_info(on.device));
-  if (on.fft.empty()) return {device, cl::default_backend(device.info())};
-  for (const auto backend : cl::all_backends) {
-    if (on.fft != cl::name_of(backend)) continue;
-    if (!cl::serves(backend, device.info()))
-      throw DeviceError("fft " + in_quotes(on.fft) + " does not serve " + device.info().name);
-    return {device, backend};
-  }
-  throw InputError("fft " + in_quotes(on.fft) +
-                   ": unknown back end; there are host, clfft and vkfft");
+  const auto fft = on.fft.value_or(cl::default_backend(device.info()));
+  if (!cl::serves(fft, device.info()))
+    throw DeviceError("fft " + std::string(name_of(fft)) + " does not serve " + device.info().name);
+  return {device, fft};
 }
 
 raywave::Goal goal_of(const Goal& goal) {
   raywave::Goal result;
-  if (!goal.preset.empty()) result.preset = preset_of(goal.preset);
+  if (goal.preset) result.preset = preset_of(name_of(*goal.preset));
   if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
     throw InputError("budget: must be > 0 seconds, got " + number_text(*goal.budget_s));
   if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))

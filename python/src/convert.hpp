@@ -9,6 +9,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <optional>
 #include <raywave/raywave.hpp>
 #include <string>
 #include <utility>
@@ -38,6 +39,17 @@ inline raywave::Progress progress_of(const nb::object& callback) {
     const nb::object answer = nb::handle(callback)(what, share);
     return !answer.is(nb::bool_(false));
   };
+}
+
+/// The value of a name, or what the library chooses where it is empty.
+template <raywave::Named Value>
+std::optional<Value> optional_choice(const std::string& name, const char* what) {
+  if (name.empty()) return std::nullopt;
+  return raywave::choice_of<Value>(name, what);
+}
+
+inline raywave::DeviceOptions device_options(const std::string& device, const std::string& fft) {
+  return {device, optional_choice<raywave::FftBackend>(fft, "fft")};
 }
 
 inline raywave::FieldView field_view(const AnyArray& array, const char* name) {

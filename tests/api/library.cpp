@@ -54,7 +54,7 @@ TEST_CASE("the library renders the bits of the command line") {
                         desk.file("out") + "' --quiet --device " + device.index + goal;
       REQUIRE(std::system(line.c_str()) == 0);
       auto options = on(device);
-      if (!goal.empty()) options.goal.preset = "draft";
+      if (!goal.empty()) options.goal.preset = Preset::draft;
       const auto hologram = render(load_scene(desk.file("scene.toml")), options);
       CHECK(samples_in(desk.file("out/field.npy")) == samples_of(hologram.field()));
     }
@@ -286,9 +286,9 @@ TEST_CASE("a scene changes only where it is set, and not at all when a value is 
 
 TEST_CASE("the scene of a plan renders what the goal renders") {
   const auto scene = square_scene();
-  const auto chosen = plan(scene, {.preset = "draft"});
+  const auto chosen = plan(scene, {.preset = Preset::draft});
   RenderOptions options;
-  options.goal.preset = "draft";
+  options.goal.preset = Preset::draft;
   CHECK(samples_of(render(chosen.scene()).field()) == samples_of(render(scene, options).field()));
   CHECK_THAT(chosen.text(), ContainsSubstring("48 x 32 pixels"));
   CHECK_THROWS_AS(render(chosen.scene(), options), InputError);
@@ -298,7 +298,7 @@ TEST_CASE("the scene of a plan renders what the goal renders") {
 TEST_CASE("a German program gets the same texts, numbers and pictures") {
   const auto say = [] {
     auto scene = square_scene();
-    const auto wanted = plan(scene, Goal{.preset = "balanced"});
+    const auto wanted = plan(scene, Goal{.preset = Preset::balanced});
     const auto hologram = render(scene);
     const auto report = hologram.report();  // measured times stand behind the seed
     auto all = scene.json() + wanted.text() + report.substr(0, report.find("\"seed\""));
@@ -321,7 +321,7 @@ TEST_CASE("a German program gets the same texts, numbers and pictures") {
 TEST_CASE("what a plan warns of is in the notes of what it renders, goal or no goal") {
   auto scene = square_scene();
   scene.set({"hologram.wavelength=900 nm", "sampling.pitch=auto"});
-  for (const std::string preset : {"", "draft"}) {
+  for (const auto& preset : {std::optional<Preset>(), std::optional(Preset::draft)}) {
     RenderOptions options;
     options.goal.preset = preset;
     const auto warnings = plan(scene, options.goal).warnings();
@@ -524,16 +524,16 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("depths:", [&] { quality(dull, {.depths_m = {0}}); });
   refused("border:", [&] { quality(dull, {.border_px = -1}); });
   refused("hologram: has no field", [&] { quality(render(scene, {.keep_field = false})); });
-  refused("resolution:", [&] { pattern("lens", {0, 4}, pixels); });
-  refused("focal 1 mm", [&] { pattern("lens", {640, 400}, pixels, {}, {.focal_m = 1e-3}); });
+  refused("resolution:", [&] { pattern(Pattern::lens, {0, 4}, pixels); });
+  refused("focal 1 mm", [&] { pattern(Pattern::lens, {640, 400}, pixels, {}, {.focal_m = 1e-3}); });
   refused("object 1:", [&] { scene.set_mesh(1, {square, square_faces}); });
   refused("position:", [&] { scene.set_pose(0, {nan, 0, 0.1}, {0, 0, 0}); });
   refused("rotation:", [&] { scene.set_pose(0, {0, 0, 0.1}, {0, 1e7, 0}); });
-  refused("method", [&] { render(scene, {.method = "magic"}); });
-  refused("fft", [&] { render(scene, {.on = {.fft = "none"}}); });
-  refused("preset, budget, psnr and rate", [&] { plan(scene, {"draft", 1.0, {}}); });
+  refused("method \"magic\": unknown; there are wrp, points and rays",
+          [] { choice_of<Method>("magic", "method"); });
+  refused("preset, budget, psnr and rate", [&] { plan(scene, {Preset::draft, 1.0, {}}); });
   refused("rate:", [&] { plan(scene, {.rate_per_s = nan}); });
-  refused("budget:", [&] { plan(scene, {"", nan, {}}); });
+  refused("budget:", [&] { plan(scene, {{}, nan, {}}); });
   refused("u: has no samples", [&] { propagate(FieldView{}, pixels, 0.1); });
   const std::vector<std::complex<float>> dark(16), bad(16, {NAN, 0});
   refused("u: holds NaN", [&] { propagate(FieldView(bad.data(), 4, 4), pixels, 0.1); });

@@ -72,20 +72,18 @@ RAYWAVE_API Levels encode(const FieldView& field, const Slm& slm, const Pixels& 
                           const DeviceOptions& on = {});
 
 struct PatternOptions {
-  double focal_m = 0.3;      // lens: to its focus along the light; < 0: it diverges
-  double period_px = 16;     // blaze: pixels to a turn; checker: pixels to two squares
-  std::string to = "right";  // blaze: where the light goes, seen along it; or "left", "up", "down"
+  double focal_m = 0.3;   // lens: to its focus along the light; < 0: it diverges
+  double period_px = 16;  // blaze: pixels to a turn; checker: pixels to two squares
+  Side to = Side::right;  // blaze: where the light goes
   DeviceOptions on{};
 };
 
 /// A test picture that tells on a bench whether an SLM is described right (docs/slm.md), as the SLM
 /// is sent it: turned by slm.rotate, then flipped.
 ///
-/// name    "lens", "blaze", "checker" or "ramp"
 /// throws  InputError when the pixels cannot show it; the message gives what they can
-RAYWAVE_API Levels pattern(const std::string& name, std::array<int, 2> resolution,
-                           const Pixels& pixels, const Slm& slm = {},
-                           const PatternOptions& options = {});
+RAYWAVE_API Levels pattern(Pattern pattern, std::array<int, 2> resolution, const Pixels& pixels,
+                           const Slm& slm = {}, const PatternOptions& options = {});
 
 /// The light that an SLM with these levels shows, behind the stop of its optics. Carrier, lens and
 /// corrections are taken off again.
@@ -118,7 +116,7 @@ RAYWAVE_API FieldComparison compare(const FieldView& a, const FieldView& b);
 struct CompareOptions {
   double blur_px = 0;  // standard deviation of the Gaussian that both are blurred with first
   int border_px = 0;   // left out on every side
-  std::string domain = "intensity";            // or "amplitude", "srgb"
+  Domain domain = Domain::intensity;
   std::optional<std::array<int, 4>> region{};  // x, y, width, height: of the speckle contrast
 };
 
@@ -156,10 +154,14 @@ struct QualityOptions {
   Progress progress{};
 };
 
+/// The part of a hologram that lets light through, as its viewer has it.
+enum class View { whole, left, right, top, bottom };
+constexpr auto names_of(View) { return std::array{"whole", "left", "right", "top", "bottom"}; }
+
 /// A picture of the hologram against that of an ideal lens, as a row of `raywave quality`.
 struct QualityRow {
   double z_m = 0;
-  std::string view{};            // "whole"; "left", "right", "top" or "bottom" of the viewer
+  View view = View::whole;
   PictureComparison levels{};    // of what the SLM shows
   PictureComparison field{};     // of the field, which no SLM shows
   double light_share = 0;        // of the SLM's light, that falls into the picture

@@ -14,8 +14,10 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <raywave/choices.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 // Names of the library have a version of their own: rooms of the library that were never meant for
@@ -27,6 +29,20 @@
 #endif
 
 namespace RAYWAVE_NAMESPACE {
+
+/// The place of a name among all.
+///
+/// throws  InputError that lists the names when it is none of them
+RAYWAVE_API std::size_t place_of(std::string_view name, std::span<const char* const> names,
+                                 std::string_view what);
+
+/// The value of this name: choice_of<Method>("rays", "method"). `what` begins a refusal.
+///
+/// throws  InputError that lists the names when it is none of them
+template <Named Value>
+Value choice_of(std::string_view name, std::string_view what) {
+  return static_cast<Value>(v0::place_of(name, names_of(Value{}), what));
+}
 
 using Vec2 = std::array<double, 2>;  // x right, y up
 using Vec3 = std::array<double, 3>;
