@@ -16,6 +16,7 @@
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/double_propagation.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/propagate/resample.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
@@ -24,13 +25,45 @@
 namespace raywave::v0 {
 namespace {
 
-raywave::Target target_of(double distance_m, const PropagateOptions& options) {
+/// The points at which a propagated field is told.
+PointGrid points_of(const raywave::HologramSpec& field, double distance_m,
+                    const PropagateOptions& options) {
   if (!std::isfinite(distance_m)) throw InputError("distance: must be finite");
   for (const double x : options.shift_m)
     if (!std::isfinite(x)) throw InputError("shift: must be finite");
   if (!(options.padding >= 1 && options.padding <= 64))
     throw InputError("padding: must be 1 to 64, got " + number_text(options.padding));
-  return {vector_of(options.shift_m), distance_m};
+  PointGrid points{field.resolution, field.pitch_m, vector_of(options.shift_m)};
+  if (options.out_pitch_m) points.pitch_m = vector_of(*options.out_pitch_m);
+  for (const double pitch_m : {points.pitch_m.x, points.pitch_m.y})
+    if (!(pitch_m > 0 && std::isfinite(pitch_m)))
+      throw InputError("out_pitch: must be > 0, got " + number_text(pitch_m));
+  if (options.out_size) points.size = {(*options.out_size)[0], (*options.out_size)[1]};
+  constexpr int most_side = 1 << 20;
+  if (std::min(points.size.x, points.size.y) < 1 ||
+      std::max(points.size.x, points.size.y) > most_side ||
+      std::int64_t{points.size.x} * points.size.y > std::int64_t{1} << 30)
+    throw InputError("points: there are " + std::to_string(points.size.x) + " x " +
+                     std::to_string(points.size.y) +
+                     ", and must be 1 to 2^20 on each side, 2^30 in all");
+  return points;
+}
+
+/// A field, frame by frame, at the resampler's points.
+///
+/// load     takes a frame with its margin
+/// arrived  as of Resampler::at_points, of the frame that was loaded
+template <class Sample>
+BasicField<Sample> at_points(const BasicFieldView<Sample>& field, const Resampler& resampler,
+                             const auto& load, const auto& arrived) {
+  BasicField<Sample> result{resampler.points().x, resampler.points().y, field.frames, {}};
+  const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
+  for (int frame = 0; frame < field.frames; ++frame) {
+    load(resampler.padded(field.samples + frame * plane));
+    const auto values = resampler.at_points<std::complex<Sample>>(arrived);
+    result.samples.insert(result.samples.end(), values.begin(), values.end());
+  }
+  return result;
 }
 
 std::optional<glm::dvec2> window_of(const ViewOptions& options) {
@@ -112,44 +145,54 @@ Levels levels_of(const FieldStack& field, Panel wanted, const DeviceOptions& on)
 
 Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
                 const PropagateOptions& options) {
-  auto stack = field_of(field, "u");
-  const glm::ivec2 size(stack.nx, stack.ny);
-  const auto hologram = hologram_spec(pixels, size);
-  const auto target = target_of(distance_m, options);
+  require_samples(field, "u");
+  const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
+  const Resampler resampler(hologram.resolution, hologram.pitch_m,
+                            points_of(hologram, distance_m, options));
   const auto opened = open(options.on);
+  const auto size = resampler.grid_size();
   Propagator propagator(opened.device, {size, hologram.pitch_m, hologram.wavelength_m,
                                         options.padding, opened.fft, distance_m});
-  cl::ComplexBuffer source(opened.device, stack.samples, "field");
-  cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
-                            "field");
-  for (int frame = 0; frame < stack.frames; ++frame) {
-    propagator.load(source, frame, {&target, 1});
-    propagator.add(target);
-    propagator.collect(arrived);
-    arrived.read(std::span(stack.samples)
-                     .subspan(static_cast<std::size_t>(frame) * arrived.size(), arrived.size()));
-  }
-  return as_field(std::move(stack));
+  std::vector<raywave::Target> targets;
+  for (const auto centre_m : resampler.centres_m()) targets.push_back({centre_m, distance_m});
+  const auto first = targets.front();
+  std::erase_if(targets, [&](const auto& target) { return !propagator.reaches(target); });
+  if (targets.empty()) propagator.require_reach(first);
+  const auto samples = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  cl::ComplexBuffer source(opened.device, samples, "field"),
+      target(opened.device, samples, "field");
+  return at_points(
+      field, resampler,
+      [&](const std::vector<std::complex<float>>& frame) {
+        source.write(frame);
+        propagator.load(source, 0, targets);
+      },
+      [&](glm::dvec2 centre_m) {
+        std::vector<std::complex<float>> arrived;
+        if (!propagator.reaches({centre_m, distance_m})) return arrived;
+        propagator.add({centre_m, distance_m});
+        propagator.collect(target);
+        arrived = target.read();
+        return arrived;
+      });
 }
 
 FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double distance_m,
                       const PropagateOptions& options) {
   require_samples(field, "u");
-  const glm::ivec2 size(field.nx, field.ny);
-  const auto hologram = hologram_spec(pixels, size);
-  const auto target = target_of(distance_m, options);
-  const in_double::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
-                               target.distance_m};
-  FieldDouble result{field.nx, field.ny, field.frames, {}};
-  const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
-  for (int frame = 0; frame < field.frames; ++frame) {
-    const auto* first = field.samples + frame * plane;
-    const auto arrived = in_double::shifted_angular_spectrum(
-        {first, first + plane}, setup,
-        padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m));
-    result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
-  }
-  return result;
+  const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
+  const Resampler resampler(hologram.resolution, hologram.pitch_m,
+                            points_of(hologram, distance_m, options));
+  const auto size = resampler.grid_size();
+  const auto padded =
+      padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m);
+  std::vector<std::complex<double>> source;
+  return at_points(
+      field, resampler, [&](std::vector<std::complex<double>> frame) { source = std::move(frame); },
+      [&](glm::dvec2 centre_m) {
+        return in_double::shifted_angular_spectrum(
+            source, {size, hologram.pitch_m, hologram.wavelength_m, centre_m, distance_m}, padded);
+      });
 }
 
 Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOptions& options) {

@@ -126,15 +126,19 @@ raywave::Progress progress_of(const Progress& progress) {
   };
 }
 
-FieldStack field_of(const FieldView& field, const char* name) {
+void require_samples(const FieldView& field, const char* name) {
   require_size(field.samples, field.nx, field.ny, field.frames, name);
   require_finite(field.samples, field.size(), name);
-  return {field.nx, field.ny, field.frames, {field.samples, field.samples + field.size()}};
 }
 
 void require_samples(const FieldDoubleView& field, const char* name) {
   require_size(field.samples, field.nx, field.ny, field.frames, name);
   require_finite(field.samples, field.size(), name);
+}
+
+FieldStack field_of(const FieldView& field, const char* name) {
+  require_samples(field, name);
+  return {field.nx, field.ny, field.frames, {field.samples, field.samples + field.size()}};
 }
 
 Image image_of(const PictureView& picture, const char* name) {

@@ -112,12 +112,12 @@ raywave::HologramSpec hologram_spec(const Pixels& pixels, glm::ivec2 size);
 /// The callback as the rooms call it; empty where it is.
 raywave::Progress progress_of(const Progress& progress);
 
-/// A copy of the caller's samples.
-///
 /// name    of the argument, for messages
 /// throws  InputError when a size is not possible, or a sample is not finite
-FieldStack field_of(const FieldView& field, const char* name);
+void require_samples(const FieldView& field, const char* name);
 void require_samples(const FieldDoubleView& field, const char* name);
+/// A copy of the caller's samples, required as above.
+FieldStack field_of(const FieldView& field, const char* name);
 Image image_of(const PictureView& picture, const char* name);
 /// Of three channels.
 RgbPicture rgb_of(const PictureView& picture, const char* name);

@@ -18,11 +18,15 @@ raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window,
 }
 
 Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
-                double padding, const std::string& device, const std::string& fft) {
+                double padding, std::optional<raywave::Vec2> out_pitch,
+                std::optional<std::array<int, 2>> out_size, const std::string& device,
+                const std::string& fft) {
   const auto array = plane_of(u, "u");
   raywave::PropagateOptions options;
   options.shift_m = shift;
   options.padding = padding;
+  options.out_pitch_m = out_pitch;
+  options.out_size = out_size;
   options.on = device_options(device, fft);
   const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
   if (is_of<ComplexDouble>(array)) {
@@ -79,7 +83,7 @@ auto figures_of(const raywave::PictureComparison& c) {
 
 void add_light(nb::module_& m) {
   m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
-        "device"_a, "fft"_a);
+        "out_pitch"_a.none(), "out_size"_a.none(), "device"_a, "fft"_a);
   m.def(
       "reconstruct",
       [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,

@@ -537,6 +537,16 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("u: has no samples", [&] { propagate(FieldView{}, pixels, 0.1); });
   const std::vector<std::complex<float>> dark(16), bad(16, {NAN, 0});
   refused("u: holds NaN", [&] { propagate(FieldView(bad.data(), 4, 4), pixels, 0.1); });
+  const FieldView night(dark.data(), 4, 4);
+  refused("out_pitch: must be > 0", [&] {
+    propagate(night, pixels, 0.1, {.out_pitch_m = Vec2{8e-6, nan}});
+  });
+  refused("out_pitch: the points spread over 1000 x 1000 windows", [&] {
+    propagate(night, pixels, 0.1, {.out_pitch_m = Vec2{1e-3, 1e-3}, .out_size = {{1000, 1000}}});
+  });
+  refused("points: there are 0 x 4", [&] {
+    propagate(night, pixels, 0.1, {.out_size = {{0, 4}}});
+  });
   refused("field: holds NaN", [&] { reconstruct(FieldView(bad.data(), 4, 4), pixels); });
   refused("pitch:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{0, 0}, 633e-9}); });
   refused("wavelength:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{1e-6, 1e-6}, nan}); });

@@ -2,6 +2,7 @@
 // What holograms show, through the headers of the shared library alone.
 #include <cmath>
 #include <cstdlib>
+#include <numbers>
 #include <optional>
 
 #include "tests/api/squares.hpp"
@@ -39,6 +40,101 @@ TEST_CASE("a field that is propagated in floats agrees with the one in doubles")
     options.on.device = device.index;
     CHECK(relative_error(propagate(rounded, pixels, 1e-3, options).samples, exact.samples) < 1e-6);
   }
+}
+
+namespace {
+
+using std::numbers::pi;
+
+/// A tilted beam in the middle of some columns and rows, by place.
+std::complex<double> beam(double x_m, double y_m) {
+  const double x = (x_m - 12e-6) / 18e-6, y = (y_m + 9e-6) / 18e-6;
+  return std::polar(std::exp(-x * x - y * y), 2 * pi / 633e-9 * (0.02 * x_m + 0.01 * y_m));
+}
+
+/// The places of samples, pitch apart, about a centre; row 0 on top.
+template <class Work>
+void for_points(int nx, int ny, const Vec2& pitch_m, const Vec2& centre_m, const Work& work) {
+  for (int j = 0; j < ny; ++j)
+    for (int i = 0; i < nx; ++i)
+      work(centre_m[0] + (i - (nx - 1) / 2.0) * pitch_m[0],
+           centre_m[1] - (j - (ny - 1) / 2.0) * pitch_m[1]);
+}
+
+}  // namespace
+
+TEST_CASE("points of another pitch have the direct sum's field, finer, coarser and shifted") {
+  const double wavelength_m = 633e-9, k = 2 * pi / wavelength_m, z_m = 3e-3;
+  const Pixels pixels{{4e-6, 5e-6}, wavelength_m};
+  const int columns = 41, rows = 38;
+  for (const auto& size : {std::array{63, 48}, std::array{64, 47}}) {
+    const int nx = size[0], ny = size[1];
+    FieldDouble source{nx, ny, 2, {}};
+    for (const double sign : {1.0, -0.5})
+      for_points(nx, ny, pixels.pitch_m, {0, 0},
+                 [&](double x, double y) { source.samples.push_back(sign * beam(x, y)); });
+    const Field rounded{nx, ny, 2, {source.samples.begin(), source.samples.end()}};
+    for (const double ratio : {0.5, 1.0, 1.7}) {
+      for (const auto& shift_m : {Vec2{0, 0}, Vec2{31e-6, -47e-6}}) {
+        CAPTURE(nx, ratio, shift_m[0]);
+        PropagateOptions options;
+        options.shift_m = shift_m;
+        options.out_pitch_m = {ratio * pixels.pitch_m[0], ratio * pixels.pitch_m[1]};
+        options.out_size = {columns, rows};
+        std::vector<std::complex<double>> direct, there;
+        for_points(columns, rows, *options.out_pitch_m, shift_m, [&](double x, double y) {
+          std::complex<double> sum = 0;
+          auto sample = source.samples.begin();
+          for_points(nx, ny, pixels.pitch_m, {0, 0}, [&](double from_x, double from_y) {
+            const double r = std::hypot(x - from_x, y - from_y, z_m);
+            sum += *sample++ * z_m / (2 * pi * r * r) * std::polar(1.0, k * r) *
+                   std::complex(1 / r, -k);
+          });
+          direct.push_back(sum * pixels.pitch_m[0] * pixels.pitch_m[1]);
+          there.push_back(beam(x, y));
+        });
+        const auto both_frames = [](std::vector<std::complex<double>> samples) {
+          for (auto i = samples.size(), n = i; i < 2 * n; ++i)
+            samples.push_back(-0.5 * samples[i - n]);
+          return samples;
+        };
+        const auto arrived = propagate(source, pixels, z_m, options);
+        CHECK(arrived.nx == columns);
+        CHECK(arrived.ny == rows);
+        REQUIRE(arrived.samples.size() == 2 * direct.size());
+        CHECK(relative_error(arrived.samples, both_frames(direct)) < 3e-8);
+        // No way at all is an interpolation
+        CHECK(relative_error(propagate(source, pixels, 0, options).samples, both_frames(there)) <
+              1e-10);
+        for (const auto& device : list_devices()) {
+          options.on.device = device.index;
+          CHECK(relative_error(propagate(rounded, pixels, z_m, options).samples,
+                               both_frames(direct)) < 6e-7);
+        }
+      }
+    }
+  }
+}
+
+TEST_CASE("a window wider than the field shows light where its own window ends, and none beyond") {
+  // A field that is bright at its edges, whose light goes straight on
+  const int nx = 40, ny = 27;
+  const Pixels pixels{{8e-6, 8e-6}, 633e-9};
+  const FieldDouble source{nx, ny, 1, std::vector<std::complex<double>>(nx * ny, 1.0)};
+  PropagateOptions options;
+  options.out_pitch_m = {4e-6, 4e-6};
+  options.out_size = {4 * nx, 4 * ny};
+  const auto seen = propagate(source, pixels, 1e-4, options);
+  double inside = 0, all = 0;
+  for (int y = 0; y < 4 * ny; ++y)
+    for (int x = 0; x < 4 * nx; ++x) {
+      const double light = std::norm(seen.samples[static_cast<std::size_t>(4 * nx * y + x)]);
+      all += light;
+      if (std::abs(2 * x + 1 - 4 * nx) <= 2 * nx + 8 && std::abs(2 * y + 1 - 4 * ny) <= 2 * ny + 8)
+        inside += light;
+    }
+  CHECK(all / 4 == Catch::Approx(nx * ny).epsilon(1e-3));
+  CHECK(inside > 0.998 * all);
 }
 
 TEST_CASE("a hologram shows what a lens sees, through every function of the library") {
