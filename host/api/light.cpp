@@ -59,9 +59,9 @@ BasicField<Sample> at_points(const BasicFieldView<Sample>& field, const Resample
   BasicField<Sample> result{resampler.points().x, resampler.points().y, field.frames, {}};
   const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
   for (int frame = 0; frame < field.frames; ++frame) {
-    load(resampler.padded(field.samples + frame * plane));
+    load(resampler.padded(field.values + frame * plane));
     const auto values = resampler.at_points<std::complex<Sample>>(arrived);
-    result.samples.insert(result.samples.end(), values.begin(), values.end());
+    result.values.insert(result.values.end(), values.begin(), values.end());
   }
   return result;
 }
@@ -84,10 +84,10 @@ std::function<void(double)> share_of(const Progress& progress, const std::string
   return [report = progress_of(progress), what](double share) { report(what, share); };
 }
 
-Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels), 1}; }
+Picture as_picture(Image image) { return {image.width, image.height, 1, std::move(image.pixels)}; }
 
 Picture as_picture(const RgbPicture& picture) {
-  return {picture.width(), picture.height(), interleaved(picture.channels), 3};
+  return {picture.width(), picture.height(), 3, interleaved(picture.channels)};
 }
 
 /// Of one channel or three.
@@ -135,9 +135,9 @@ Levels levels_of(const FieldStack& field, Panel wanted, const DeviceOptions& on)
   Encoder encoder(opened.device, panel);
   Levels levels{field.nx, field.ny, field.frames, panel->slm().bits, {}, {}};
   if (levels.bits > 8)
-    levels.words = joined(raywave::encode<std::uint16_t>(opened.device, encoder, field));
+    levels.values16 = joined(raywave::encode<std::uint16_t>(opened.device, encoder, field));
   else
-    levels.bytes = joined(raywave::encode(opened.device, encoder, field));
+    levels.values = joined(raywave::encode(opened.device, encoder, field));
   return levels;
 }
 
@@ -215,8 +215,8 @@ Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
     how.progress = part_of(options.progress, i, lasers.count());
     auto seen = reconstruct(of_laser.shown(), of_laser.pixels(), how);
     const double gain = hologram.powers()[i] / lasers.white_powers[i];
-    for (float& pixel : seen.pixels) pixel = static_cast<float>(double{pixel} * gain);
-    light.push_back({seen.nx, seen.ny, std::move(seen.pixels)});
+    for (float& pixel : seen.values) pixel = static_cast<float>(double{pixel} * gain);
+    light.push_back({seen.nx, seen.ny, std::move(seen.values)});
   }
   return as_picture(picture_of_lasers(lasers, light));
 }
@@ -263,7 +263,7 @@ Levels pattern(Pattern pattern, std::array<int, 2> resolution, const Pixels& pix
     levels.ny = picture.size_px.y;
     of_frame = std::move(picture.levels);
   };
-  levels.bits > 8 ? turned(levels.words) : turned(levels.bytes);
+  levels.bits > 8 ? turned(levels.values16) : turned(levels.values);
   return levels;
 }
 
@@ -272,12 +272,12 @@ Field shown(const Levels& levels, const Slm& slm, const Pixels& pixels) {
   require_level_bytes(panel.slm(), levels.bits > 8 ? 2 : 1);
   if (levels.bits > 8) {
     const auto most = static_cast<std::uint16_t>(grey_levels_of(panel.slm()) - 1);
-    if (std::any_of(levels.words.begin(), levels.words.end(),
+    if (std::any_of(levels.values16.begin(), levels.values16.end(),
                     [&](std::uint16_t level) { return level > most; }))
       throw InputError("levels: the SLM has levels up to " + std::to_string(most));
-    return as_field(shown_field(panel, apart(levels.words, levels)));
+    return as_field(shown_field(panel, apart(levels.values16, levels)));
   }
-  return as_field(shown_field(panel, apart(levels.bytes, levels)));
+  return as_field(shown_field(panel, apart(levels.values, levels)));
 }
 
 FieldComparison compare(const FieldView& a, const FieldView& b) {
@@ -312,7 +312,7 @@ void require_depths(const std::vector<double>& depths_m) {
 }  // namespace
 
 std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& options) {
-  if (!hologram.field().samples)
+  if (!hologram.field().values)
     throw InputError("hologram: has no field, with which it was rendered (keep_field), to judge");
   require_depths(options.depths_m);
   if (options.border_px < 0)
@@ -384,8 +384,10 @@ Trade trade(const Scene& scene, const TradeOptions& options) {
         bench, options.folder, [](const std::string&) {}, progress);
   }
   const auto& made = bench.trade();
-  return {trade_text(made), trade_json(made), trade_csv(made),
-          sheet.width,      sheet.height,     std::move(sheet.rgb)};
+  return {trade_text(made),
+          trade_json(made),
+          trade_csv(made),
+          {sheet.width, sheet.height, 3, std::move(sheet.rgb)}};
 }
 
 }  // namespace raywave::v0

@@ -127,48 +127,44 @@ raywave::Progress progress_of(const Progress& progress) {
 }
 
 void require_samples(const FieldView& field, const char* name) {
-  require_size(field.samples, field.nx, field.ny, field.frames, name);
-  require_finite(field.samples, field.size(), name);
+  require_size(field.values, field.nx, field.ny, field.frames, name);
+  require_finite(field.values, field.size(), name);
 }
 
 void require_samples(const FieldDoubleView& field, const char* name) {
-  require_size(field.samples, field.nx, field.ny, field.frames, name);
-  require_finite(field.samples, field.size(), name);
+  require_size(field.values, field.nx, field.ny, field.frames, name);
+  require_finite(field.values, field.size(), name);
 }
 
 FieldStack field_of(const FieldView& field, const char* name) {
   require_samples(field, name);
-  return {field.nx, field.ny, field.frames, {field.samples, field.samples + field.size()}};
+  return {field.nx, field.ny, field.frames, {field.values, field.values + field.size()}};
 }
 
 Image image_of(const PictureView& picture, const char* name) {
   if (picture.channels != 1)
     throw InputError(std::string(name) + ": must be grey, with one channel, got " +
                      std::to_string(picture.channels));
-  require_size(picture.pixels, picture.nx, picture.ny, 1, name);
+  require_size(picture.values, picture.nx, picture.ny, 1, name);
   const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
-  require_finite(picture.pixels, count, name);
-  return {picture.nx, picture.ny, {picture.pixels, picture.pixels + count}};
+  require_finite(picture.values, count, name);
+  return {picture.nx, picture.ny, {picture.values, picture.values + count}};
 }
 
 RgbPicture rgb_of(const PictureView& picture, const char* name) {
-  require_size(picture.pixels, picture.nx, picture.ny, 3, name);
+  require_size(picture.values, picture.nx, picture.ny, 3, name);
   const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
-  require_finite(picture.pixels, 3 * count, name);
+  require_finite(picture.values, 3 * count, name);
   RgbPicture result;
   for (std::size_t c = 0; c < 3; ++c) {
     auto& channel = result.channels[c] = {picture.nx, picture.ny, std::vector<float>(count)};
-    for (std::size_t i = 0; i < count; ++i) channel.pixels[i] = picture.pixels[3 * i + c];
+    for (std::size_t i = 0; i < count; ++i) channel.pixels[i] = picture.values[3 * i + c];
   }
   return result;
 }
 
 Field as_field(FieldStack stack) {
   return {stack.nx, stack.ny, stack.frames, std::move(stack.samples)};
-}
-
-FieldView view_of(const FieldStack& stack) {
-  return {stack.samples.data(), stack.nx, stack.ny, stack.frames};
 }
 
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,

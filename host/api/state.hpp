@@ -122,7 +122,6 @@ Image image_of(const PictureView& picture, const char* name);
 /// Of three channels.
 RgbPicture rgb_of(const PictureView& picture, const char* name);
 Field as_field(FieldStack stack);
-FieldView view_of(const FieldStack& stack);
 
 /// throws  InputError when a number is not finite, or beyond what a scene may have
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,

@@ -30,7 +30,7 @@ Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::
   options.on = device_options(device, fft);
   const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
   if (is_of<ComplexDouble>(array)) {
-    const raywave::FieldDoubleView view(static_cast<const ComplexDouble*>(array.data()), nx, ny);
+    const raywave::FieldDoubleView view{nx, ny, 1, static_cast<const ComplexDouble*>(array.data())};
     raywave::FieldDouble result;
     {
       const nb::gil_scoped_release release;
@@ -59,10 +59,10 @@ raywave::Levels levels_of(nb::handle object, const char* name) {
                          {}};
   if (is_of<std::uint8_t>(array)) {
     const auto* data = static_cast<const std::uint8_t*>(array.data());
-    levels.bytes.assign(data, data + array.size());
+    levels.values.assign(data, data + array.size());
   } else if (is_of<std::uint16_t>(array)) {
     const auto* data = static_cast<const std::uint16_t*>(array.data());
-    levels.words.assign(data, data + array.size());
+    levels.values16.assign(data, data + array.size());
     levels.bits = 16;
   } else {
     refuse(name, "must be uint8, or uint16 where levels have more than 8 bits, got " +
@@ -255,10 +255,10 @@ void add_light(nb::module_& m) {
           const nb::gil_scoped_release release;
           made = raywave::trade(scene, options);
         }
-        const auto shape = std::vector{static_cast<std::size_t>(made.sheet_ny),
-                                       static_cast<std::size_t>(made.sheet_nx), std::size_t{3}};
+        auto shape = shape_of(1, made.sheet.ny, made.sheet.nx);
+        shape.push_back(static_cast<std::size_t>(made.sheet.channels));
         return std::make_tuple(made.text, made.json, made.csv,
-                               as_numpy(std::move(made.sheet), shape));
+                               as_numpy(std::move(made.sheet.values), shape));
       },
       "scene"_a, "quick"_a, "presets"_a, "exhaustive"_a, "renders"_a, "depths"_a, "window"_a.none(),
       "views"_a, "lens_points"_a, "border"_a, "against_points"_a.none(), "folder"_a, "device"_a,

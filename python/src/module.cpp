@@ -117,8 +117,8 @@ struct Animation {
     auto& levels = picture.levels;
     const auto lasers = static_cast<int>(animation.wavelengths_m().size());
     const auto shape = shape_of(lasers, picture.holograms, levels.ny, levels.nx);
-    return std::make_tuple(picture.time_s, as_numpy(std::move(levels.bytes), shape), picture.powers,
-                           picture.notes);
+    return std::make_tuple(picture.time_s, as_numpy(std::move(levels.values), shape),
+                           picture.powers, picture.notes);
   }
 
   raywave::Animation animation;
@@ -306,12 +306,12 @@ NB_MODULE(_core, m) {
       .def("field",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.field();
-             return field.samples ? hologram_view(h, field.samples) : nb::borrow<Array>(nb::none());
+             return field.values ? hologram_view(h, field.values) : nb::borrow<Array>(nb::none());
            })
       .def("refined",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.refined();
-             return field ? hologram_view(h, field->samples) : nb::borrow<Array>(nb::none());
+             return field ? hologram_view(h, field->values) : nb::borrow<Array>(nb::none());
            })
       .def("shown",
            [](const raywave::Hologram& h) {
@@ -321,7 +321,7 @@ NB_MODULE(_core, m) {
                field = h.shown();
              }
              const auto shape = shape_of(h.lasers(), h.frames(), h.ny(), h.nx());
-             return as_numpy(std::move(field.samples), shape);
+             return as_numpy(std::move(field.values), shape);
            })
       .def(
           "for_slm",

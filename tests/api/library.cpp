@@ -398,13 +398,13 @@ TEST_CASE("an animation has the bits of the command line, whichever picture is a
     CHECK(picture.powers.size() == 2);
     const auto count = static_cast<std::size_t>(first[number + 1] - first[number]);
     REQUIRE(picture.holograms == static_cast<int>(count));
-    REQUIRE(picture.levels.bytes.size() == count * 2 * size);
+    REQUIRE(picture.levels.values.size() == count * 2 * size);
     for (std::size_t laser = 0; laser < 2; ++laser)
       for (std::size_t j = 0; j < count; ++j) {
         const auto at = (static_cast<std::size_t>(first[number]) + j) * 2 + laser;
         CHECK(std::equal(
-            picture.levels.bytes.begin() + static_cast<std::ptrdiff_t>((laser * count + j) * size),
-            picture.levels.bytes.begin() +
+            picture.levels.values.begin() + static_cast<std::ptrdiff_t>((laser * count + j) * size),
+            picture.levels.values.begin() +
                 static_cast<std::ptrdiff_t>((laser * count + j + 1) * size),
             all.begin() + static_cast<std::ptrdiff_t>(at * size)));
       }
@@ -428,7 +428,7 @@ TEST_CASE("a trade measures what the command line measures, of meshes in memory 
   const auto made = trade(square_scene({"sampling.pitch=auto"}), options);
   CHECK_THAT(made.text, ContainsSubstring("balanced"));
   CHECK_THAT(made.csv, ContainsSubstring("sampling.pitch"));
-  CHECK(made.sheet.size() == 3u * static_cast<std::size_t>(made.sheet_nx * made.sheet_ny));
+  CHECK(made.sheet.values.size() == 3u * static_cast<std::size_t>(made.sheet.nx * made.sheet.ny));
   std::ifstream in(desk.file("trade/trade.json"));
   CHECK(std::string{std::istreambuf_iterator<char>(in), {}} == made.json);
   CHECK(std::ifstream(desk.file("trade/trade.png")).good());
@@ -536,8 +536,8 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("budget:", [&] { plan(scene, {{}, nan, {}}); });
   refused("u: has no samples", [&] { propagate(FieldView{}, pixels, 0.1); });
   const std::vector<std::complex<float>> dark(16), bad(16, {NAN, 0});
-  refused("u: holds NaN", [&] { propagate(FieldView(bad.data(), 4, 4), pixels, 0.1); });
-  const FieldView night(dark.data(), 4, 4);
+  refused("u: holds NaN", [&] { propagate(FieldView{4, 4, 1, bad.data()}, pixels, 0.1); });
+  const FieldView night{4, 4, 1, dark.data()};
   refused("out_pitch: must be > 0", [&] {
     propagate(night, pixels, 0.1, {.out_pitch_m = Vec2{8e-6, nan}});
   });
@@ -547,9 +547,9 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("points: there are 0 x 4", [&] {
     propagate(night, pixels, 0.1, {.out_size = {{0, 4}}});
   });
-  refused("field: holds NaN", [&] { reconstruct(FieldView(bad.data(), 4, 4), pixels); });
-  refused("pitch:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{0, 0}, 633e-9}); });
-  refused("wavelength:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{1e-6, 1e-6}, nan}); });
+  refused("field: holds NaN", [&] { reconstruct(FieldView{4, 4, 1, bad.data()}, pixels); });
+  refused("pitch:", [&] { reconstruct(night, {{0, 0}, 633e-9}); });
+  refused("wavelength:", [&] { reconstruct(night, {{1e-6, 1e-6}, nan}); });
   refused("levels:", [&] { shown({4, 4, 1, 8, {1, 2, 3}, {}}, Slm(), pixels); });
   CHECK_THROWS_AS(render(scene, {.on = {.device = "no such device"}}), DeviceError);
   CHECK_THROWS_WITH(render(parse_scene(scene_text)), ContainsSubstring("mesh is missing"));

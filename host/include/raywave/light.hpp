@@ -204,10 +204,11 @@ struct Trade {
   std::string text{};  // the tables that it prints
   std::string json{};  // trade.json (docs/trade.md)
   std::string csv{};   // trade.csv
-  // Along the frontier: rows are depths, columns the lens, then the fastest first; sRGB, three
-  // channels of 8 bits
-  int sheet_nx = 0, sheet_ny = 0;
-  std::vector<std::uint8_t> sheet{};
+  /// Along the frontier: rows are depths, columns the lens, then the fastest first.
+  struct Sheet {
+    int nx = 0, ny = 0, channels = 3;  // sRGB
+    std::vector<std::uint8_t> values{};
+  } sheet{};
 };
 
 /// Renders, times and judges configurations of a scene: minutes to hours.
