@@ -3,7 +3,6 @@
 /// of optics.
 #pragma once
 
-#include <array>
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
@@ -14,16 +13,17 @@
 #include <vector>
 
 #include "cl/opencl.hpp"
+#include "host/common/choices.hpp"
 #include "host/common/error.hpp"
 #include "host/common/memory_need.hpp"
 
 namespace raywave::cl {
 
 using raywave::DeviceError;
+using raywave::DeviceKind;
 using raywave::format_bytes;
 using raywave::MemoryError;
-
-enum class DeviceKind { gpu, accelerator, cpu, other };
+using raywave::name_of;
 
 /// How kernels share out the pixels of a plane among work-items.
 struct WorkShape {
@@ -104,11 +104,6 @@ auto checked(const DeviceInfo& info, F&& f) {
 }
 
 // Which of the OpenCL devices is meant.
-
-constexpr std::array device_kinds{"gpu", "accelerator", "cpu", "other"};
-constexpr const char* name_of(DeviceKind kind) {
-  return device_kinds[static_cast<std::size_t>(kind)];
-}
 
 /// What a device is known by, and what decides between GPUs.
 struct Offer {

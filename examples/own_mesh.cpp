@@ -44,7 +44,7 @@ int main() try {
   at_the_sheet.z_m = 0.1;
   const auto seen = raywave::reconstruct(hologram.field(), hologram.pixels(), at_the_sheet);
   const auto lens = raywave::lens(scene, at_the_sheet, 4);
-  const auto alike = raywave::compare(raywave::PictureView(lens), seen, {.blur_px = 8});
+  const auto alike = raywave::compare(lens, seen, {.blur_px = 8});
   std::printf("%d x %d levels; the picture at 100 mm is within %.1f dB of what a lens sees\n",
               hologram.nx(), hologram.ny(), alike.psnr_db);
 } catch (const std::exception& error) {

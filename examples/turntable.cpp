@@ -21,7 +21,7 @@ int main(int argc, char** argv) try {
     if (!file) return std::perror(name), 1;
     std::fprintf(file, "P5 %d %d 255\n", hologram.nx(), hologram.ny());
     const auto picture = hologram.for_slm();
-    std::fwrite(picture.bytes.data(), 1, picture.bytes.size(), file);
+    std::fwrite(picture.values.data(), 1, picture.values.size(), file);
     std::fclose(file);
     std::printf("%s\n", name);
   }

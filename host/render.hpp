@@ -25,18 +25,6 @@
 
 namespace raywave {
 
-constexpr std::array all_methods{Method::wrp, Method::points, Method::rays};
-constexpr const char* name_of(Method method) {
-  constexpr std::array names{"wrp", "points", "rays"};
-  return names[static_cast<std::size_t>(method)];
-}
-/// throws  InputError that starts with `what`
-inline Method method_of(const std::string& name, const std::string& what) {
-  for (const auto method : all_methods)
-    if (name == name_of(method)) return method;
-  throw InputError(what + ": unknown; there are wrp, points and rays");
-}
-
 /// What the user should know of a plan: host/forecast/presets.hpp makes it (render_warnings).
 using PlanNotes = std::function<std::vector<std::string>(const Scene&, const World&, const Plan&)>;
 

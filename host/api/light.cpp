@@ -16,6 +16,7 @@
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/double_propagation.hpp"
 #include "host/propagate/propagator.hpp"
+#include "host/propagate/resample.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
@@ -24,13 +25,45 @@
 namespace raywave::v0 {
 namespace {
 
-raywave::Target target_of(double distance_m, const PropagateOptions& options) {
+/// The points at which a propagated field is told.
+PointGrid points_of(const raywave::HologramSpec& field, double distance_m,
+                    const PropagateOptions& options) {
   if (!std::isfinite(distance_m)) throw InputError("distance: must be finite");
   for (const double x : options.shift_m)
     if (!std::isfinite(x)) throw InputError("shift: must be finite");
   if (!(options.padding >= 1 && options.padding <= 64))
     throw InputError("padding: must be 1 to 64, got " + number_text(options.padding));
-  return {vector_of(options.shift_m), distance_m};
+  PointGrid points{field.resolution, field.pitch_m, vector_of(options.shift_m)};
+  if (options.out_pitch_m) points.pitch_m = vector_of(*options.out_pitch_m);
+  for (const double pitch_m : {points.pitch_m.x, points.pitch_m.y})
+    if (!(pitch_m > 0 && std::isfinite(pitch_m)))
+      throw InputError("out_pitch: must be > 0, got " + number_text(pitch_m));
+  if (options.out_size) points.size = {(*options.out_size)[0], (*options.out_size)[1]};
+  constexpr int most_side = 1 << 20;
+  if (std::min(points.size.x, points.size.y) < 1 ||
+      std::max(points.size.x, points.size.y) > most_side ||
+      std::int64_t{points.size.x} * points.size.y > std::int64_t{1} << 30)
+    throw InputError("points: there are " + std::to_string(points.size.x) + " x " +
+                     std::to_string(points.size.y) +
+                     ", and must be 1 to 2^20 on each side, 2^30 in all");
+  return points;
+}
+
+/// A field, frame by frame, at the resampler's points.
+///
+/// load     takes a frame with its margin
+/// arrived  as of Resampler::at_points, of the frame that was loaded
+template <class Sample>
+BasicField<Sample> at_points(const BasicFieldView<Sample>& field, const Resampler& resampler,
+                             const auto& load, const auto& arrived) {
+  BasicField<Sample> result{resampler.points().x, resampler.points().y, field.frames, {}};
+  const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
+  for (int frame = 0; frame < field.frames; ++frame) {
+    load(resampler.padded(field.values + frame * plane));
+    const auto values = resampler.at_points<std::complex<Sample>>(arrived);
+    result.values.insert(result.values.end(), values.begin(), values.end());
+  }
+  return result;
 }
 
 std::optional<glm::dvec2> window_of(const ViewOptions& options) {
@@ -51,10 +84,10 @@ std::function<void(double)> share_of(const Progress& progress, const std::string
   return [report = progress_of(progress), what](double share) { report(what, share); };
 }
 
-Picture as_picture(Image image) { return {image.width, image.height, std::move(image.pixels), 1}; }
+Picture as_picture(Image image) { return {image.width, image.height, 1, std::move(image.pixels)}; }
 
 Picture as_picture(const RgbPicture& picture) {
-  return {picture.width(), picture.height(), interleaved(picture.channels), 3};
+  return {picture.width(), picture.height(), 3, interleaved(picture.channels)};
 }
 
 /// Of one channel or three.
@@ -102,9 +135,9 @@ Levels levels_of(const FieldStack& field, Panel wanted, const DeviceOptions& on)
   Encoder encoder(opened.device, panel);
   Levels levels{field.nx, field.ny, field.frames, panel->slm().bits, {}, {}};
   if (levels.bits > 8)
-    levels.words = joined(raywave::encode<std::uint16_t>(opened.device, encoder, field));
+    levels.values16 = joined(raywave::encode<std::uint16_t>(opened.device, encoder, field));
   else
-    levels.bytes = joined(raywave::encode(opened.device, encoder, field));
+    levels.values = joined(raywave::encode(opened.device, encoder, field));
   return levels;
 }
 
@@ -112,44 +145,54 @@ Levels levels_of(const FieldStack& field, Panel wanted, const DeviceOptions& on)
 
 Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
                 const PropagateOptions& options) {
-  auto stack = field_of(field, "u");
-  const glm::ivec2 size(stack.nx, stack.ny);
-  const auto hologram = hologram_spec(pixels, size);
-  const auto target = target_of(distance_m, options);
+  require_samples(field, "u");
+  const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
+  const Resampler resampler(hologram.resolution, hologram.pitch_m,
+                            points_of(hologram, distance_m, options));
   const auto opened = open(options.on);
+  const auto size = resampler.grid_size();
   Propagator propagator(opened.device, {size, hologram.pitch_m, hologram.wavelength_m,
                                         options.padding, opened.fft, distance_m});
-  cl::ComplexBuffer source(opened.device, stack.samples, "field");
-  cl::ComplexBuffer arrived(opened.device, field.size() / static_cast<std::size_t>(stack.frames),
-                            "field");
-  for (int frame = 0; frame < stack.frames; ++frame) {
-    propagator.load(source, frame, {&target, 1});
-    propagator.add(target);
-    propagator.collect(arrived);
-    arrived.read(std::span(stack.samples)
-                     .subspan(static_cast<std::size_t>(frame) * arrived.size(), arrived.size()));
-  }
-  return as_field(std::move(stack));
+  std::vector<raywave::Target> targets;
+  for (const auto centre_m : resampler.centres_m()) targets.push_back({centre_m, distance_m});
+  const auto first = targets.front();
+  std::erase_if(targets, [&](const auto& target) { return !propagator.reaches(target); });
+  if (targets.empty()) propagator.require_reach(first);
+  const auto samples = static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+  cl::ComplexBuffer source(opened.device, samples, "field"),
+      target(opened.device, samples, "field");
+  return at_points(
+      field, resampler,
+      [&](const std::vector<std::complex<float>>& frame) {
+        source.write(frame);
+        propagator.load(source, 0, targets);
+      },
+      [&](glm::dvec2 centre_m) {
+        std::vector<std::complex<float>> arrived;
+        if (!propagator.reaches({centre_m, distance_m})) return arrived;
+        propagator.add({centre_m, distance_m});
+        propagator.collect(target);
+        arrived = target.read();
+        return arrived;
+      });
 }
 
 FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double distance_m,
                       const PropagateOptions& options) {
   require_samples(field, "u");
-  const glm::ivec2 size(field.nx, field.ny);
-  const auto hologram = hologram_spec(pixels, size);
-  const auto target = target_of(distance_m, options);
-  const in_double::Setup setup{size, hologram.pitch_m, hologram.wavelength_m, target.shift_m,
-                               target.distance_m};
-  FieldDouble result{field.nx, field.ny, field.frames, {}};
-  const auto plane = static_cast<std::ptrdiff_t>(field.nx) * field.ny;
-  for (int frame = 0; frame < field.frames; ++frame) {
-    const auto* first = field.samples + frame * plane;
-    const auto arrived = in_double::shifted_angular_spectrum(
-        {first, first + plane}, setup,
-        padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m));
-    result.samples.insert(result.samples.end(), arrived.begin(), arrived.end());
-  }
-  return result;
+  const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
+  const Resampler resampler(hologram.resolution, hologram.pitch_m,
+                            points_of(hologram, distance_m, options));
+  const auto size = resampler.grid_size();
+  const auto padded =
+      padded_size(size, options.padding, hologram.pitch_m, hologram.wavelength_m, distance_m);
+  std::vector<std::complex<double>> source;
+  return at_points(
+      field, resampler, [&](std::vector<std::complex<double>> frame) { source = std::move(frame); },
+      [&](glm::dvec2 centre_m) {
+        return in_double::shifted_angular_spectrum(
+            source, {size, hologram.pitch_m, hologram.wavelength_m, centre_m, distance_m}, padded);
+      });
 }
 
 Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOptions& options) {
@@ -172,8 +215,8 @@ Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
     how.progress = part_of(options.progress, i, lasers.count());
     auto seen = reconstruct(of_laser.shown(), of_laser.pixels(), how);
     const double gain = hologram.powers()[i] / lasers.white_powers[i];
-    for (float& pixel : seen.pixels) pixel = static_cast<float>(double{pixel} * gain);
-    light.push_back({seen.nx, seen.ny, std::move(seen.pixels)});
+    for (float& pixel : seen.values) pixel = static_cast<float>(double{pixel} * gain);
+    light.push_back({seen.nx, seen.ny, std::move(seen.values)});
   }
   return as_picture(picture_of_lasers(lasers, light));
 }
@@ -203,9 +246,9 @@ Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,
   return levels_of(stack, panel_of(slm, {stack.nx, stack.ny}, pixels), on);
 }
 
-Levels pattern(const std::string& name, std::array<int, 2> resolution, const Pixels& pixels,
-               const Slm& slm, const PatternOptions& options) {
-  const PatternSpec spec{pattern_of(name), options.focal_m, options.period_px, side_of(options.to)};
+Levels pattern(Pattern pattern, std::array<int, 2> resolution, const Pixels& pixels, const Slm& slm,
+               const PatternOptions& options) {
+  const PatternSpec spec{pattern, options.focal_m, options.period_px, options.to};
   for (const int side : resolution)
     if (side < 1 || side > 65536)
       throw InputError("resolution: must be 1 to 65536 pixels, got " + std::to_string(side));
@@ -220,7 +263,7 @@ Levels pattern(const std::string& name, std::array<int, 2> resolution, const Pix
     levels.ny = picture.size_px.y;
     of_frame = std::move(picture.levels);
   };
-  levels.bits > 8 ? turned(levels.words) : turned(levels.bytes);
+  levels.bits > 8 ? turned(levels.values16) : turned(levels.values);
   return levels;
 }
 
@@ -229,12 +272,12 @@ Field shown(const Levels& levels, const Slm& slm, const Pixels& pixels) {
   require_level_bytes(panel.slm(), levels.bits > 8 ? 2 : 1);
   if (levels.bits > 8) {
     const auto most = static_cast<std::uint16_t>(grey_levels_of(panel.slm()) - 1);
-    if (std::any_of(levels.words.begin(), levels.words.end(),
+    if (std::any_of(levels.values16.begin(), levels.values16.end(),
                     [&](std::uint16_t level) { return level > most; }))
       throw InputError("levels: the SLM has levels up to " + std::to_string(most));
-    return as_field(shown_field(panel, apart(levels.words, levels)));
+    return as_field(shown_field(panel, apart(levels.values16, levels)));
   }
-  return as_field(shown_field(panel, apart(levels.bytes, levels)));
+  return as_field(shown_field(panel, apart(levels.values, levels)));
 }
 
 FieldComparison compare(const FieldView& a, const FieldView& b) {
@@ -244,7 +287,7 @@ FieldComparison compare(const FieldView& a, const FieldView& b) {
 
 PictureComparison compare(const PictureView& a, const PictureView& b,
                           const CompareOptions& options) {
-  raywave::PictureOptions how{options.blur_px, options.border_px, {}, domain_of(options.domain)};
+  raywave::PictureOptions how{options.blur_px, options.border_px, {}, options.domain};
   if (const auto& region = options.region)
     how.region = Region{(*region)[0], (*region)[1], (*region)[2], (*region)[3]};
   if (a.channels != b.channels)
@@ -269,7 +312,7 @@ void require_depths(const std::vector<double>& depths_m) {
 }  // namespace
 
 std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& options) {
-  if (!hologram.field().samples)
+  if (!hologram.field().values)
     throw InputError("hologram: has no field, with which it was rendered (keep_field), to judge");
   require_depths(options.depths_m);
   if (options.border_px < 0)
@@ -295,7 +338,8 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
   std::vector<QualityRow> rows;
   for (const auto& row : result.rows) {
     const bool is_colour = row.lens.size() > 1;
-    rows.push_back({row.z_m, row.view, as_comparison(row.figures, is_colour),
+    rows.push_back({row.z_m, choice_of<View>(row.view, "view"),
+                    as_comparison(row.figures, is_colour),
                     as_comparison(row.field_figures, is_colour), row.light_share, row.haze,
                     as_picture(row.lens), as_picture(row.hologram)});
   }
@@ -328,7 +372,7 @@ Trade trade(const Scene& scene, const TradeOptions& options) {
   pictures.border_px = options.border_px;
   const auto& scenes = scene.state().scenes;
   pictures.against_points = options.against_points.value_or(has_few_pixels(scenes[0]));
-  if (!options.on.fft.empty()) spec.fft = opened.fft;
+  if (options.on.fft) spec.fft = opened.fft;
   TradeBench bench(opened.device, scenes, scene.state().world(), spec);
   const auto progress = progress_of(options.progress);
   Sheet sheet;
@@ -340,8 +384,10 @@ Trade trade(const Scene& scene, const TradeOptions& options) {
         bench, options.folder, [](const std::string&) {}, progress);
   }
   const auto& made = bench.trade();
-  return {trade_text(made), trade_json(made), trade_csv(made),
-          sheet.width,      sheet.height,     std::move(sheet.rgb)};
+  return {trade_text(made),
+          trade_json(made),
+          trade_csv(made),
+          {sheet.width, sheet.height, 3, std::move(sheet.rgb)}};
 }
 
 }  // namespace raywave::v0

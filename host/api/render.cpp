@@ -25,13 +25,9 @@
 namespace raywave::v0 {
 namespace {
 
-Method method_of(const RenderOptions& options) {
-  return raywave::method_of(options.method, "method " + in_quotes(options.method));
-}
-
 raywave::RenderOptions options_of(const RenderOptions& options, const Opened& opened) {
   raywave::RenderOptions how;
-  how.method = method_of(options);
+  how.method = options.method;
   if (options.rays_per_axis < 1 || options.rays_per_axis > 1000)
     throw InputError("rays: must be 1 to 1000, got " + std::to_string(options.rays_per_axis));
   how.rays_per_axis = options.rays_per_axis;
@@ -50,7 +46,7 @@ std::vector<raywave::Scene> planned(const Scene::State& scene, const World& worl
                                     raywave::RenderOptions& how, std::vector<Planned>& plans) {
   auto scenes = scene.scenes;
   if (const auto goal = goal_of(options.goal); goal.any()) {
-    if (method_of(options) != Method::wrp)
+    if (options.method != Method::wrp)
       throw InputError("preset, budget, psnr and rate plan method \"wrp\" alone");
     if (scene.is_planned)
       throw InputError("preset, budget, psnr and rate: the scene of a plan has its values chosen");
@@ -139,8 +135,7 @@ Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
 std::vector<Device> list_devices() {
   std::vector<Device> devices;
   for (const auto& d : cl::list_devices())
-    devices.push_back(
-        {d.index, d.platform, d.name, d.driver, name_of(d.kind), d.memory_bytes, d.fp64});
+    devices.push_back({d.index, d.platform, d.name, d.driver, d.kind, d.memory_bytes, d.fp64});
   return devices;
 }
 
@@ -260,13 +255,13 @@ void Hologram::save(const std::filesystem::path& file, int frame, bool rgb) cons
   for (std::size_t i = 0; i < lasers_; ++i) {
     auto sent = laser(static_cast<int>(i)).for_slm(frame);
     if (rgb) {
-      pictures[i] = {{sent.nx, sent.ny}, std::move(sent.bytes)};
+      pictures[i] = {{sent.nx, sent.ny}, std::move(sent.values)};
       continue;
     }
     auto name = file;
     name.replace_filename(file.stem().string() + laser_suffix(wavelengths[i], lasers_) +
                           file.extension().string());
-    save_picture(name, sent.nx, sent.ny, std::span<const std::uint8_t>(sent.bytes));
+    save_picture(name, sent.nx, sent.ny, std::span<const std::uint8_t>(sent.values));
   }
   if (rgb)
     save_picture(file, pictures[0].size_px.x, pictures[0].size_px.y,
@@ -281,7 +276,7 @@ FieldView part_of(const FieldStack& field, const Hologram& hologram, std::size_t
   const int frames = hologram.lasers() * hologram.frames();
   const auto size = static_cast<std::size_t>(field.nx) * static_cast<std::size_t>(field.ny) *
                     static_cast<std::size_t>(hologram.frames());
-  return {field.samples.data() + first * size, field.nx, field.ny, frames};
+  return {field.nx, field.ny, frames, field.samples.data() + first * size};
 }
 
 }  // namespace
@@ -324,7 +319,7 @@ Rendered rendered_of(const Hologram& hologram) {
         hologram.state().lasers[hologram.first_laser() + static_cast<std::size_t>(i)].result;
     laser.field = {field.nx, field.ny, hologram.frames(), {}};
     for (int frame = i * hologram.frames(); frame < (i + 1) * hologram.frames(); ++frame) {
-      const auto* samples = field.samples + frame * size;
+      const auto* samples = field.values + frame * size;
       laser.field.samples.insert(laser.field.samples.end(), samples, samples + size);
       const auto* shown = levels.data() + frame * size;
       laser.levels.emplace_back(shown, shown + size);
@@ -486,8 +481,8 @@ AnimationPicture Animation::render(int picture) {
   result.holograms = static_cast<int>(made.levels.size() / lasers);
   for (std::size_t laser = 0; laser < lasers; ++laser)
     for (auto at = laser; at < made.levels.size(); at += lasers)
-      result.levels.bytes.insert(result.levels.bytes.end(), made.levels[at].begin(),
-                                 made.levels[at].end());
+      result.levels.values.insert(result.levels.values.end(), made.levels[at].begin(),
+                                  made.levels[at].end());
   result.powers = std::move(made.powers);
   result.notes = std::move(made.notes);
   return result;

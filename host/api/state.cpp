@@ -53,6 +53,11 @@ void refuse_forks() {
 
 }  // namespace
 
+std::size_t place_of(std::string_view name, std::span<const char* const> names,
+                     std::string_view what) {
+  return raywave::place_of(name, names, what);
+}
+
 SlmSpec Slm::State::at(double wavelength_m) const {
   if (specs.empty()) return raywave::parse_slm(text, wavelength_m, overrides);
   if (wavelengths_m.empty()) return specs.front();
@@ -73,20 +78,15 @@ cl::DeviceInfo device_info(const std::string& device) {
 
 Opened open(const DeviceOptions& on) {
   const cl::Device device(device_info(on.device));
-  if (on.fft.empty()) return {device, cl::default_backend(device.info())};
-  for (const auto backend : cl::all_backends) {
-    if (on.fft != cl::name_of(backend)) continue;
-    if (!cl::serves(backend, device.info()))
-      throw DeviceError("fft " + in_quotes(on.fft) + " does not serve " + device.info().name);
-    return {device, backend};
-  }
-  throw InputError("fft " + in_quotes(on.fft) +
-                   ": unknown back end; there are host, clfft and vkfft");
+  const auto fft = on.fft.value_or(cl::default_backend(device.info()));
+  if (!cl::serves(fft, device.info()))
+    throw DeviceError("fft " + std::string(name_of(fft)) + " does not serve " + device.info().name);
+  return {device, fft};
 }
 
 raywave::Goal goal_of(const Goal& goal) {
   raywave::Goal result;
-  if (!goal.preset.empty()) result.preset = preset_of(goal.preset);
+  if (goal.preset) result.preset = preset_of(name_of(*goal.preset));
   if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
     throw InputError("budget: must be > 0 seconds, got " + number_text(*goal.budget_s));
   if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))
@@ -126,45 +126,45 @@ raywave::Progress progress_of(const Progress& progress) {
   };
 }
 
-FieldStack field_of(const FieldView& field, const char* name) {
-  require_size(field.samples, field.nx, field.ny, field.frames, name);
-  require_finite(field.samples, field.size(), name);
-  return {field.nx, field.ny, field.frames, {field.samples, field.samples + field.size()}};
+void require_samples(const FieldView& field, const char* name) {
+  require_size(field.values, field.nx, field.ny, field.frames, name);
+  require_finite(field.values, field.size(), name);
 }
 
 void require_samples(const FieldDoubleView& field, const char* name) {
-  require_size(field.samples, field.nx, field.ny, field.frames, name);
-  require_finite(field.samples, field.size(), name);
+  require_size(field.values, field.nx, field.ny, field.frames, name);
+  require_finite(field.values, field.size(), name);
+}
+
+FieldStack field_of(const FieldView& field, const char* name) {
+  require_samples(field, name);
+  return {field.nx, field.ny, field.frames, {field.values, field.values + field.size()}};
 }
 
 Image image_of(const PictureView& picture, const char* name) {
   if (picture.channels != 1)
     throw InputError(std::string(name) + ": must be grey, with one channel, got " +
                      std::to_string(picture.channels));
-  require_size(picture.pixels, picture.nx, picture.ny, 1, name);
+  require_size(picture.values, picture.nx, picture.ny, 1, name);
   const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
-  require_finite(picture.pixels, count, name);
-  return {picture.nx, picture.ny, {picture.pixels, picture.pixels + count}};
+  require_finite(picture.values, count, name);
+  return {picture.nx, picture.ny, {picture.values, picture.values + count}};
 }
 
 RgbPicture rgb_of(const PictureView& picture, const char* name) {
-  require_size(picture.pixels, picture.nx, picture.ny, 3, name);
+  require_size(picture.values, picture.nx, picture.ny, 3, name);
   const auto count = static_cast<std::size_t>(picture.nx) * static_cast<std::size_t>(picture.ny);
-  require_finite(picture.pixels, 3 * count, name);
+  require_finite(picture.values, 3 * count, name);
   RgbPicture result;
   for (std::size_t c = 0; c < 3; ++c) {
     auto& channel = result.channels[c] = {picture.nx, picture.ny, std::vector<float>(count)};
-    for (std::size_t i = 0; i < count; ++i) channel.pixels[i] = picture.pixels[3 * i + c];
+    for (std::size_t i = 0; i < count; ++i) channel.pixels[i] = picture.values[3 * i + c];
   }
   return result;
 }
 
 Field as_field(FieldStack stack) {
   return {stack.nx, stack.ny, stack.frames, std::move(stack.samples)};
-}
-
-FieldView view_of(const FieldStack& stack) {
-  return {stack.samples.data(), stack.nx, stack.ny, stack.frames};
 }
 
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,

@@ -112,17 +112,16 @@ raywave::HologramSpec hologram_spec(const Pixels& pixels, glm::ivec2 size);
 /// The callback as the rooms call it; empty where it is.
 raywave::Progress progress_of(const Progress& progress);
 
-/// A copy of the caller's samples.
-///
 /// name    of the argument, for messages
 /// throws  InputError when a size is not possible, or a sample is not finite
-FieldStack field_of(const FieldView& field, const char* name);
+void require_samples(const FieldView& field, const char* name);
 void require_samples(const FieldDoubleView& field, const char* name);
+/// A copy of the caller's samples, required as above.
+FieldStack field_of(const FieldView& field, const char* name);
 Image image_of(const PictureView& picture, const char* name);
 /// Of three channels.
 RgbPicture rgb_of(const PictureView& picture, const char* name);
 Field as_field(FieldStack stack);
-FieldView view_of(const FieldStack& stack);
 
 /// throws  InputError when a number is not finite, or beyond what a scene may have
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,

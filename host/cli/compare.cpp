@@ -134,7 +134,7 @@ Json json_of(const Compared& compared, const PictureOptions& how) {
 }
 
 void run_compare(const CompareArguments& options) {
-  const Domain domain = domain_of(options.domain);
+  const Domain domain = choice_of<Domain>(options.domain, "domain");
   const Kind kind = kind_of(options.a, options.levels);
   if (kind_of(options.b, options.levels) != kind) {
     throw InputError(

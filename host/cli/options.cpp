@@ -22,13 +22,10 @@
 namespace raywave::cli {
 namespace {
 
-constexpr std::array presets{Preset::draft, Preset::balanced, Preset::accurate, Preset::reference};
-
 /// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.
-template <class Items, class NameOf>
-std::string choices(const Items& items, NameOf name_of_item) {
+std::string choices(const auto& names) {
   std::string all;
-  for (const auto& item : items) all += (all.empty() ? "" : "|") + std::string(name_of_item(item));
+  for (const auto* name : names) all += (all.empty() ? "" : "|") + std::string(name);
   return all;
 }
 
@@ -129,7 +126,7 @@ void DeviceOptions::add_device_to(CLI::App& command) {
 void DeviceOptions::add_to(CLI::App& command) {
   add_device_to(command);
   command.add_option("--fft", fft, "FFT back end; the device's own choice when not given")
-      ->type_name(choices(cl::all_backends, [](auto backend) { return cl::name_of(backend); }))
+      ->type_name(choices(names_of(cl::FftBackend{})))
       ->group(group::device);
 }
 
@@ -137,19 +134,16 @@ cl::DeviceInfo DeviceOptions::info() const { return tuned(cl::find_device(device
 
 cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
   if (fft.empty()) return cl::default_backend(info);
-  for (const auto backend : cl::all_backends) {
-    if (fft != cl::name_of(backend)) continue;
-    if (!cl::serves(backend, info))
-      throw cl::DeviceError("--fft " + fft + " does not serve " + info.name);
-    return backend;
-  }
-  throw InputError("--fft " + one_line(fft) +
-                   ": unknown back end; there are host, clfft and vkfft");
+  const auto backend = choice_of<cl::FftBackend>(fft, "--fft");
+  if (!cl::serves(backend, info))
+    throw cl::DeviceError("--fft " + fft + " does not serve " + info.name);
+  return backend;
 }
 
 void GoalOptions::add_preset_to(CLI::App& command) {
   command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
-      ->type_name(choices(presets, [](Preset quality) { return name_of(quality); }))
+      ->type_name(choices(std::array{name_of(Preset::draft), name_of(Preset::balanced),
+                                     name_of(Preset::accurate), name_of(Preset::reference)}))
       ->group(group::plan);
 }
 
@@ -195,7 +189,7 @@ void MethodOptions::add_to(CLI::App& command) {
       .add_option("--method", name,
                   "wrp: rays to WRPs, propagated to the hologram; points: every surface sample to "
                   "every pixel (reference, slow); rays: rays from every pixel")
-      ->type_name(choices(all_methods, [](Method method) { return name_of(method); }))
+      ->type_name(choices(names_of(Method{})))
       ->capture_default_str()
       ->group(group::method);
   command.add_option("--rays", rays_per_axis, "Rays per axis and pixel of --method rays")
@@ -205,7 +199,7 @@ void MethodOptions::add_to(CLI::App& command) {
       ->group(group::method);
 }
 
-Method MethodOptions::method() const { return method_of(name, "--method " + one_line(name)); }
+Method MethodOptions::method() const { return choice_of<Method>(name, "--method"); }
 
 void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
                           const std::string& default_window) {
@@ -274,16 +268,12 @@ void FrameOption::add_to(CLI::App& command, const std::string& what) {
                   what +
                       ": the viewer's eye, a bare sensor before the SLM, or along the light, as "
                       "arrays are")
-      ->type_name(choices(all_frames, [](Frame one) { return name_of(one); }))
+      ->type_name(choices(names_of(Frame{})))
       ->capture_default_str()
       ->group(group::pictures);
 }
 
-Frame FrameOption::frame() const {
-  for (const auto one : all_frames)
-    if (name == name_of(one)) return one;
-  throw InputError("--frame " + in_quotes(name) + ": there are eye, sensor and hologram");
-}
+Frame FrameOption::frame() const { return choice_of<Frame>(name, "--frame"); }
 
 void ViewOptions::add_to(CLI::App& command) {
   frame.add_to(command, "From where --view and the pictures are seen");

@@ -85,8 +85,8 @@ std::string expectation(const PatternSpec& spec, const HologramSpec& hologram) {
 
 void run_pattern(const PatternArguments& options) {
   PatternSpec spec;
-  spec.pattern = pattern_of(options.pattern);
-  spec.side = side_of(options.to);
+  spec.pattern = choice_of<Pattern>(options.pattern, "pattern");
+  spec.side = choice_of<Side>(options.to, "to");
   spec.focal_m = given_length_m(options.focal, "--focal");
   spec.period_px = options.period_px;
   const auto hologram = hologram_of(options);

@@ -5,18 +5,6 @@
 
 namespace raywave {
 
-std::string_view name_of(FftBackend backend) {
-  switch (backend) {
-    case FftBackend::host:
-      return "host";
-    case FftBackend::clfft:
-      return "clfft";
-    case FftBackend::vkfft:
-      break;
-  }
-  return "vkfft";
-}
-
 std::size_t next_fast_size(std::size_t n) {
   constexpr std::size_t packet = 16;
   const auto is_fast = [](std::size_t m) {

@@ -6,18 +6,13 @@
 #include <cstddef>
 #include <string_view>
 
-namespace raywave {
+#include "host/common/choices.hpp"
 
-enum class FftBackend {
-  host,   // FFTW on the host, line by line: no transfer on CPU devices, one copy each way on others
-  clfft,  // clFFT on the device
-  vkfft,  // VkFFT on the device
-};
+namespace raywave {
 
 inline constexpr std::array all_backends{FftBackend::host, FftBackend::clfft, FftBackend::vkfft};
 
-/// "host", "clfft", "vkfft"
-std::string_view name_of(FftBackend backend);
+constexpr std::string_view name_of(FftBackend backend) { return name_of<FftBackend>(backend); }
 
 /// The smallest size >= n that every back end transforms fast, so that all work on the same planes:
 /// a product of 2, 3, 5 and 7 and, above 32, a multiple of 16 (FFTW takes 1.6 us for 1440 samples,

@@ -2,37 +2,14 @@
 #include "host/encode/pattern.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <numbers>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave {
 namespace {
-
-constexpr std::array<std::pair<const char*, Pattern>, 4> patterns{{{"lens", Pattern::lens},
-                                                                   {"blaze", Pattern::blaze},
-                                                                   {"checker", Pattern::checker},
-                                                                   {"ramp", Pattern::ramp}}};
-constexpr std::array<std::pair<const char*, Side>, 4> sides{
-    {{"right", Side::right}, {"left", Side::left}, {"up", Side::up}, {"down", Side::down}}};
-
-template <class Value, std::size_t count>
-Value named(const std::array<std::pair<const char*, Value>, count>& all, const std::string& name,
-            const std::string& what) {
-  std::string names;
-  for (const auto& [known, value] : all) {
-    if (name == known) return value;
-    names += (names.empty()                ? ""
-              : value == all.back().second ? " and "
-                                           : ", ") +
-             std::string(known);
-  }
-  throw InputError(what + in_quotes(name) + " is unknown; there are " + names);
-}
 
 bool along_x(Side side) { return side == Side::right || side == Side::left; }
 
@@ -66,11 +43,6 @@ void require_shown(const PatternSpec& spec, const HologramSpec& hologram) {
 }
 
 }  // namespace
-
-Pattern pattern_of(const std::string& name) { return named(patterns, name, "pattern "); }
-Side side_of(const std::string& name) { return named(sides, name, "to "); }
-const char* name_of(Pattern pattern) { return patterns[static_cast<std::size_t>(pattern)].first; }
-const char* name_of(Side side) { return sides[static_cast<std::size_t>(side)].first; }
 
 SlmSpec slm_of_pattern(SlmSpec slm) {
   if (!shows_amplitude(slm.encoding)) slm.encoding = Encoding::phase;

@@ -16,6 +16,7 @@
 #include <variant>
 #include <vector>
 
+#include "host/common/choices.hpp"
 #include "host/scene/files.hpp"
 #include "host/scene/scene.hpp"
 
@@ -48,15 +49,6 @@ inline constexpr double blur_of_resolution = 0.6;
 /// Cells along a sampling pitch in which a surface that is blended is there or not: the rays of a
 /// sample meet different ones, and floats tell them apart.
 inline constexpr double blend_cells_of_pitch = 32;
-
-/// How the field at the hologram comes about.
-enum class Method {
-  wrp,  // light is gathered on wavefront recording planes and propagated to the hologram
-  // Light of every surface sample at every hologram pixel, with visibility: point-based holography,
-  // the gold standard
-  points,
-  rays,  // rays cast from each hologram pixel
-};
 
 /// A window of the hologram that is computed on its own. All tiles have one size, and overlap where
 /// that does not divide the hologram's.

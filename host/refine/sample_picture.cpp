@@ -45,7 +45,7 @@ Ends ends_of(double a, double b, int count) {
 
 /// Part of the open hologram along one axis, in metres from the hologram's centre, and the numbers
 /// of the window's parts that it touches.
-struct Side {
+struct Stretch {
   double low_m, high_m;
   int first, end;
 };
@@ -63,7 +63,7 @@ public:
       const double n = optics.size[axis], pitch_m = optics.pitch_m[axis];
       const double a = sign * (grid.open.first[axis] - n / 2) * pitch_m,
                    b = sign * (grid.open.first[axis] + grid.open.size[axis] - n / 2) * pitch_m;
-      Side s{std::min(a, b), std::max(a, b), 0, 0};
+      Stretch s{std::min(a, b), std::max(a, b), 0, 0};
       s.first = std::clamp(part_at(s.low_m + 1e-9 * pitch_m, axis), 0, light.parts - 1);
       s.end = std::clamp(part_at(s.high_m - 1e-9 * pitch_m, axis), 0, light.parts - 1) + 1;
       return s;
@@ -127,7 +127,7 @@ private:
   }
 
   /// What of a part of the window is open.
-  std::pair<double, double> within(const Side& side, int part, int axis) const {
+  std::pair<double, double> within(const Stretch& side, int part, int axis) const {
     const auto edge = [&](int number) {
       return (2.0 * number / light_.parts - 1) * light_.half_m[axis];
     };
@@ -169,7 +169,7 @@ private:
   const SampleLight& light_;
   glm::ivec2 wide_;
   int stride_;
-  Side across_{}, up_{};
+  Stretch across_{}, up_{};
   double per_area_ = 1;
   std::vector<float> changes_;  // second differences of the picture
 };

@@ -158,10 +158,6 @@ ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
   return result;
 }
 
-const char* name_of(Frame frame) {
-  return frame == Frame::eye ? "eye" : frame == Frame::sensor ? "sensor" : "hologram";
-}
-
 Image in_frame(Image picture, Frame frame) {
   const auto width = static_cast<std::ptrdiff_t>(picture.width);
   const auto row = [&](int y) { return picture.pixels.begin() + y * width; };

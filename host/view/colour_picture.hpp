@@ -75,10 +75,7 @@ enum class Frame {
   sensor,   // of a bare sensor there, whose camera turns pictures by half a turn: y down
   hologram  // along the light: x to the right, y up, as arrays
 };
-inline constexpr std::array all_frames{Frame::eye, Frame::sensor, Frame::hologram};
-
-/// "eye", "sensor", "hologram"
-const char* name_of(Frame frame);
+constexpr auto names_of(Frame) { return std::array{"eye", "sensor", "hologram"}; }
 
 /// A picture in the hologram's frame as the other shows it, or back: each is its own inverse.
 Image in_frame(Image picture, Frame frame);

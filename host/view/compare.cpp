@@ -186,19 +186,7 @@ double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
   return sum / (1.0 * (a.width - 2 * margin_x) * (a.height - 2 * margin_y));
 }
 
-constexpr std::array<std::pair<const char*, Domain>, 3> domains{
-    {{"intensity", Domain::intensity}, {"amplitude", Domain::amplitude}, {"srgb", Domain::srgb}}};
-
 }  // namespace
-
-const char* name_of(Domain domain) { return domains[static_cast<std::size_t>(domain)].first; }
-
-Domain domain_of(const std::string& name) {
-  for (const auto& [known, value] : domains)
-    if (name == known) return value;
-  throw InputError("domain " + in_quotes(name) +
-                   ": unknown; there are intensity, amplitude and srgb");
-}
 
 FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
   const auto shape_text = [](const FieldStack& f) {

@@ -5,9 +5,9 @@
 
 #include <cstdint>
 #include <optional>
-#include <string>
 #include <vector>
 
+#include "host/common/choices.hpp"
 #include "host/common/npy.hpp"
 #include "host/scene/image.hpp"
 
@@ -30,19 +30,6 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b);
 struct Region {
   int x = 0, y = 0, width = 0, height = 0;
 };
-
-/// The quantity that pixels are compared as. Papers of the field use all three.
-enum class Domain {
-  intensity,  // linear values, as they are
-  amplitude,  // their square roots; values below zero are black
-  srgb        // encoded as a screen shows them, 0 to 1, with max(a) as white
-};
-
-/// "intensity", "amplitude", "srgb"
-const char* name_of(Domain domain);
-
-/// throws  InputError for a name that is none
-Domain domain_of(const std::string& name);
 
 struct PictureOptions {
   // Standard deviation of the Gaussian that both pictures are blurred with first

@@ -59,6 +59,15 @@ def _whole(value: int, name: str, least: int, most: int) -> int:
     return whole
 
 
+def _shape(value: Sequence[int], name: str, most: int) -> tuple[int, int]:
+    """(nx, ny) of (ny, nx)."""
+    try:
+        ny, nx = value
+    except (TypeError, ValueError):
+        raise _core.InputError(f"{name}: must be (ny, nx), got {value!r}") from None
+    return _whole(nx, name, 1, most), _whole(ny, name, 1, most)
+
+
 def _text(value: str, name: str) -> str:
     if not isinstance(value, str):
         raise _core.InputError(f"{name}: must be text, got {value!r}")
@@ -165,6 +174,8 @@ def propagate(
     shift: Sequence[float] = (0.0, 0.0),
     *,
     padding: float = 2.0,
+    out_pitch: Pair | None = None,
+    out_shape: Sequence[int] | None = None,
     device: str = "",
     fft: str = "",
 ) -> npt.NDArray[np.complexfloating[Any, Any]]:
@@ -178,14 +189,19 @@ def propagate(
     shift: centre of the target minus centre of u, (x right, y up), in metres.
     padding: side of the transformed plane over the side of u, 1 to 64; from 2 on the plane is
         wider where the distance needs it.
+    out_pitch, out_shape: of the points at which the field is told, about the target's centre: one
+        number or (x, y), in metres, and (ny, nx); u's when not given. They may be finer, coarser,
+        or in a wider window than u, and take four propagations for each window of u's size that
+        they spread over.
 
-    Returns an array of u's shape and type. The adjoint is the propagation by -distance and -shift;
-    raywave.torch and raywave.jax differentiate through it.
+    Returns an array of u's type, and of u's shape or out_shape. The adjoint of the propagation to
+    u's own pitch is that by -distance and -shift; raywave.torch and raywave.jax, which keep u's
+    pitch, differentiate through it.
 
     Relative L2 error <= 6e-7 (complex64) against direct summation for fields inside window and band
-    (docs/accuracy.md). Raises InputError when u is not such an array or holds NaN, when a number is
-    not possible, or when no frequency survives the band limit: the message gives the largest usable
-    shift. Raises DeviceError for the device.
+    (docs/accuracy.md); at points of another pitch 3e-7 (complex128: 3e-8). Raises InputError when u
+    is not such an array or holds NaN, when a number is not possible, or when no frequency survives
+    the band limit: the message gives the largest usable shift. Raises DeviceError for the device.
     """
     x, y = _pair(shift, "shift")
     pixels = _pixels(u, pitch, wavelength)
@@ -197,11 +213,14 @@ def propagate(
         _number(distance, "distance"),
         (x, y),
         _number(padding, "padding"),
+        None if out_pitch is None else _pair(out_pitch, "out_pitch"),
+        None if out_shape is None else _shape(out_shape, "out_shape", 2**20),
         _text(device, "device"),
         _text(fft, "fft"),
     )
     if isinstance(u, Field):
-        return Field(result, tuple(pixels.pitch_m), pixels.wavelength_m)
+        pitch = tuple(pixels.pitch_m) if out_pitch is None else out_pitch
+        return Field(result, pitch, pixels.wavelength_m)
     return result
 
 
@@ -327,14 +346,11 @@ def pattern(
     slm.rotate, then flipped. Raises InputError when the pixels cannot show it, or an argument is
     not possible; DeviceError.
     """
-    try:
-        ny, nx = shape
-    except (TypeError, ValueError):
-        raise _core.InputError(f"shape: must be (ny, nx), got {shape!r}") from None
+    size = _shape(shape, "shape", 65536)
     pixels = _pixels(None, pitch, wavelength)
     result: LevelArray = _core.pattern(
         _text(pattern, "pattern"),
-        (_whole(nx, "shape", 1, 65536), _whole(ny, "shape", 1, 65536)),
+        size,
         pixels,
         _slm(slm, pixels),
         _number(focal, "focal"),

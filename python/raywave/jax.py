@@ -65,7 +65,7 @@ def propagate(
 ) -> Any:
     """raywave.propagate for a JAX array (..., ny, nx) of complex64, or complex128 where JAX has
     64-bit types enabled, with gradients with respect to u. Arguments, units and errors are the
-    same.
+    same; the pitch stays u's.
     """
     u = jnp.asarray(_unmasked(u, "u"))
     if u.dtype not in (jnp.complex64, jnp.complex128):

@@ -53,7 +53,7 @@ def propagate(
     fft: str = "",
 ) -> Any:
     """raywave.propagate for a tensor (..., ny, nx) of complex64 or complex128 in host memory, with
-    gradients with respect to u. Arguments, units and errors are the same.
+    gradients with respect to u. Arguments, units and errors are the same; the pitch stays u's.
     """
     if not isinstance(u, torch.Tensor):
         raise _core.InputError(f"u: must be a torch.Tensor, got {type(u).__name__}")

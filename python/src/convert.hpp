@@ -9,6 +9,7 @@
 #include <nanobind/stl/tuple.h>
 #include <nanobind/stl/vector.h>
 
+#include <optional>
 #include <raywave/raywave.hpp>
 #include <string>
 #include <utility>
@@ -40,17 +41,28 @@ inline raywave::Progress progress_of(const nb::object& callback) {
   };
 }
 
+/// The value of a name, or what the library chooses where it is empty.
+template <raywave::Named Value>
+std::optional<Value> optional_choice(const std::string& name, const char* what) {
+  if (name.empty()) return std::nullopt;
+  return raywave::choice_of<Value>(name, what);
+}
+
+inline raywave::DeviceOptions device_options(const std::string& device, const std::string& fft) {
+  return {device, optional_choice<raywave::FftBackend>(fft, "fft")};
+}
+
 inline raywave::FieldView field_view(const AnyArray& array, const char* name) {
   const auto n = array.ndim();
-  return {data_of<Complex>(array, name), static_cast<int>(array.shape(n - 1)),
-          static_cast<int>(array.shape(n - 2)), n == 3 ? static_cast<int>(array.shape(0)) : 1};
+  return {static_cast<int>(array.shape(n - 1)), static_cast<int>(array.shape(n - 2)),
+          n == 3 ? static_cast<int>(array.shape(0)) : 1, data_of<Complex>(array, name)};
 }
 
 inline raywave::PictureView picture_view(const AnyArray& array, const char* name) {
   if (array.ndim() == 3 && array.shape(2) != 3)
     refuse(name, std::string("must have the shape ") + pictures + ", got " + shape_text(array));
-  return {data_of<float>(array, name), static_cast<int>(array.shape(1)),
-          static_cast<int>(array.shape(0)), array.ndim() == 3 ? 3 : 1};
+  return {static_cast<int>(array.shape(1)), static_cast<int>(array.shape(0)),
+          array.ndim() == 3 ? 3 : 1, data_of<float>(array, name)};
 }
 
 inline void require_sides(const AnyArray& array, const char* name) {
@@ -80,19 +92,19 @@ inline AnyArray picture_of(nb::handle object, const char* name) {
 template <class T>
 inline Array field_array(raywave::BasicField<T> field) {
   const auto shape = shape_of(field.frames, field.ny, field.nx);
-  return as_numpy(std::move(field.samples), shape);
+  return as_numpy(std::move(field.values), shape);
 }
 
 inline Array picture_array(raywave::Picture picture) {
   auto shape = shape_of(1, picture.ny, picture.nx);
   if (picture.channels > 1) shape.push_back(static_cast<std::size_t>(picture.channels));
-  return as_numpy(std::move(picture.pixels), shape);
+  return as_numpy(std::move(picture.values), shape);
 }
 
 inline Array levels_array(raywave::Levels levels) {
   const auto shape = shape_of(levels.frames, levels.ny, levels.nx);
-  if (levels.bits > 8) return as_numpy(std::move(levels.words), shape);
-  return as_numpy(std::move(levels.bytes), shape);
+  if (levels.bits > 8) return as_numpy(std::move(levels.values16), shape);
+  return as_numpy(std::move(levels.values), shape);
 }
 
 /// Adds what works on fields and pictures.

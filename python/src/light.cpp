@@ -13,20 +13,24 @@ raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window,
   options.window_m = window;
   options.view = view;
   options.aperture = aperture;
-  options.on = {device, fft};
+  options.on = device_options(device, fft);
   return options;
 }
 
 Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
-                double padding, const std::string& device, const std::string& fft) {
+                double padding, std::optional<raywave::Vec2> out_pitch,
+                std::optional<std::array<int, 2>> out_size, const std::string& device,
+                const std::string& fft) {
   const auto array = plane_of(u, "u");
   raywave::PropagateOptions options;
   options.shift_m = shift;
   options.padding = padding;
-  options.on = {device, fft};
+  options.out_pitch_m = out_pitch;
+  options.out_size = out_size;
+  options.on = device_options(device, fft);
   const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
   if (is_of<ComplexDouble>(array)) {
-    const raywave::FieldDoubleView view(static_cast<const ComplexDouble*>(array.data()), nx, ny);
+    const raywave::FieldDoubleView view{nx, ny, 1, static_cast<const ComplexDouble*>(array.data())};
     raywave::FieldDouble result;
     {
       const nb::gil_scoped_release release;
@@ -55,10 +59,10 @@ raywave::Levels levels_of(nb::handle object, const char* name) {
                          {}};
   if (is_of<std::uint8_t>(array)) {
     const auto* data = static_cast<const std::uint8_t*>(array.data());
-    levels.bytes.assign(data, data + array.size());
+    levels.values.assign(data, data + array.size());
   } else if (is_of<std::uint16_t>(array)) {
     const auto* data = static_cast<const std::uint16_t*>(array.data());
-    levels.words.assign(data, data + array.size());
+    levels.values16.assign(data, data + array.size());
     levels.bits = 16;
   } else {
     refuse(name, "must be uint8, or uint16 where levels have more than 8 bits, got " +
@@ -79,7 +83,7 @@ auto figures_of(const raywave::PictureComparison& c) {
 
 void add_light(nb::module_& m) {
   m.def("propagate", &propagate, "u"_a.none(), "pixels"_a, "distance"_a, "shift"_a, "padding"_a,
-        "device"_a, "fft"_a);
+        "out_pitch"_a.none(), "out_size"_a.none(), "device"_a, "fft"_a);
   m.def(
       "reconstruct",
       [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,
@@ -139,7 +143,7 @@ void add_light(nb::module_& m) {
         raywave::Levels levels;
         {
           const nb::gil_scoped_release release;
-          levels = raywave::encode(from, slm, pixels, {device, ""});
+          levels = raywave::encode(from, slm, pixels, {device, {}});
         }
         return levels_array(std::move(levels));
       },
@@ -174,8 +178,9 @@ void add_light(nb::module_& m) {
         const auto first = in_single<float>(picture_of(a, "a")),
                    second = in_single<float>(picture_of(b, "b"));
         const auto view_a = picture_view(first, "a"), view_b = picture_view(second, "b");
+        const auto as = raywave::choice_of<raywave::Domain>(domain, "domain");
         const nb::gil_scoped_release release;
-        return figures_of(raywave::compare(view_a, view_b, {blur, border, domain, region}));
+        return figures_of(raywave::compare(view_a, view_b, {blur, border, as, region}));
       },
       "a"_a.none(), "b"_a.none(), "blur"_a, "border"_a, "domain"_a, "region"_a.none());
   m.def(
@@ -183,11 +188,13 @@ void add_light(nb::module_& m) {
       [](const std::string& name, std::array<int, 2> resolution, raywave::Pixels pixels,
          const raywave::Slm& slm, double focal, double period, const std::string& to,
          const std::string& device) {
+        const auto shape = raywave::choice_of<raywave::Pattern>(name, "pattern");
+        const raywave::PatternOptions options{
+            focal, period, raywave::choice_of<raywave::Side>(to, "to"), {device, {}}};
         raywave::Levels levels;
         {
           const nb::gil_scoped_release release;
-          levels =
-              raywave::pattern(name, resolution, pixels, slm, {focal, period, to, {device, ""}});
+          levels = raywave::pattern(shape, resolution, pixels, slm, options);
         }
         return levels_array(std::move(levels));
       },
@@ -198,9 +205,14 @@ void add_light(nb::module_& m) {
          std::optional<raywave::Vec2> window, std::optional<double> blur, bool views,
          int lens_points, int border, const std::string& device, const std::string& fft,
          const nb::object& progress) {
-        const raywave::QualityOptions options{
-            std::move(depths), window, blur,          views,
-            lens_points,       border, {device, fft}, progress_of(progress)};
+        const raywave::QualityOptions options{std::move(depths),
+                                              window,
+                                              blur,
+                                              views,
+                                              lens_points,
+                                              border,
+                                              device_options(device, fft),
+                                              progress_of(progress)};
         std::vector<raywave::QualityRow> rows;
         {
           const nb::gil_scoped_release release;
@@ -211,8 +223,9 @@ void add_light(nb::module_& m) {
                                Array, Array>>
             list;
         for (auto& row : rows)
-          list.emplace_back(row.z_m, row.view, figures_of(row.levels), figures_of(row.field),
-                            row.light_share, row.haze, picture_array(std::move(row.lens)),
+          list.emplace_back(row.z_m, raywave::name_of(row.view), figures_of(row.levels),
+                            figures_of(row.field), row.light_share, row.haze,
+                            picture_array(std::move(row.lens)),
                             picture_array(std::move(row.hologram)));
         return list;
       },
@@ -224,19 +237,28 @@ void add_light(nb::module_& m) {
          std::vector<double> depths, std::optional<raywave::Vec2> window, bool views,
          int lens_points, int border, std::optional<bool> against_points, const std::string& folder,
          const std::string& device, const std::string& fft, const nb::object& progress) {
-        const raywave::TradeOptions options{
-            quick,  presets,       exhaustive,           renders, std::move(depths),
-            window, views,         lens_points,          border,  against_points,
-            folder, {device, fft}, progress_of(progress)};
+        const raywave::TradeOptions options{quick,
+                                            presets,
+                                            exhaustive,
+                                            renders,
+                                            std::move(depths),
+                                            window,
+                                            views,
+                                            lens_points,
+                                            border,
+                                            against_points,
+                                            folder,
+                                            device_options(device, fft),
+                                            progress_of(progress)};
         raywave::Trade made;
         {
           const nb::gil_scoped_release release;
           made = raywave::trade(scene, options);
         }
-        const auto shape = std::vector{static_cast<std::size_t>(made.sheet_ny),
-                                       static_cast<std::size_t>(made.sheet_nx), std::size_t{3}};
+        auto shape = shape_of(1, made.sheet.ny, made.sheet.nx);
+        shape.push_back(static_cast<std::size_t>(made.sheet.channels));
         return std::make_tuple(made.text, made.json, made.csv,
-                               as_numpy(std::move(made.sheet), shape));
+                               as_numpy(std::move(made.sheet.values), shape));
       },
       "scene"_a, "quick"_a, "presets"_a, "exhaustive"_a, "renders"_a, "depths"_a, "window"_a.none(),
       "views"_a, "lens_points"_a, "border"_a, "against_points"_a.none(), "folder"_a, "device"_a,

@@ -117,8 +117,8 @@ struct Animation {
     auto& levels = picture.levels;
     const auto lasers = static_cast<int>(animation.wavelengths_m().size());
     const auto shape = shape_of(lasers, picture.holograms, levels.ny, levels.nx);
-    return std::make_tuple(picture.time_s, as_numpy(std::move(levels.bytes), shape), picture.powers,
-                           picture.notes);
+    return std::make_tuple(picture.time_s, as_numpy(std::move(levels.values), shape),
+                           picture.powers, picture.notes);
   }
 
   raywave::Animation animation;
@@ -154,9 +154,9 @@ raywave::RenderOptions render_options(const std::string& device, const std::stri
                                       const raywave::Goal& goal, const std::string& method,
                                       int rays, bool keep_field) {
   raywave::RenderOptions options;
-  options.on = {device, fft};
+  options.on = device_options(device, fft);
   options.goal = goal;
-  options.method = method;
+  options.method = raywave::choice_of<raywave::Method>(method, "method");
   options.rays_per_axis = rays;
   options.keep_field = keep_field;
   return options;
@@ -201,11 +201,11 @@ NB_MODULE(_core, m) {
       .def_ro("platform", &raywave::Device::platform)
       .def_ro("name", &raywave::Device::name)
       .def_ro("driver", &raywave::Device::driver)
-      .def_ro("kind", &raywave::Device::kind)
+      .def_prop_ro("kind", [](const raywave::Device& d) { return raywave::name_of(d.kind); })
       .def_ro("memory_bytes", &raywave::Device::memory_bytes)
       .def_ro("has_doubles", &raywave::Device::has_doubles)
       .def("__repr__", [](const raywave::Device& d) {
-        return "<raywave.Device " + d.index + " " + d.name + " (" + d.kind + ")>";
+        return "<raywave.Device " + d.index + " " + d.name + " (" + raywave::name_of(d.kind) + ")>";
       });
   m.def("devices", &raywave::list_devices);
 
@@ -264,7 +264,8 @@ NB_MODULE(_core, m) {
       "__init__",
       [](raywave::Goal* goal, const std::string& preset, std::optional<double> budget,
          std::optional<double> psnr, std::optional<double> rate) {
-        new (goal) raywave::Goal{preset, budget, psnr, rate};
+        new (goal)
+            raywave::Goal{optional_choice<raywave::Preset>(preset, "preset"), budget, psnr, rate};
       },
       "preset"_a, "budget"_a.none(), "psnr"_a.none(), "rate"_a.none());
 
@@ -305,12 +306,12 @@ NB_MODULE(_core, m) {
       .def("field",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.field();
-             return field.samples ? hologram_view(h, field.samples) : nb::borrow<Array>(nb::none());
+             return field.values ? hologram_view(h, field.values) : nb::borrow<Array>(nb::none());
            })
       .def("refined",
            [](const raywave::Hologram& h) -> Array {
              const auto field = h.refined();
-             return field ? hologram_view(h, field->samples) : nb::borrow<Array>(nb::none());
+             return field ? hologram_view(h, field->values) : nb::borrow<Array>(nb::none());
            })
       .def("shown",
            [](const raywave::Hologram& h) {
@@ -320,7 +321,7 @@ NB_MODULE(_core, m) {
                field = h.shown();
              }
              const auto shape = shape_of(h.lasers(), h.frames(), h.ny(), h.nx());
-             return as_numpy(std::move(field.samples), shape);
+             return as_numpy(std::move(field.values), shape);
            })
       .def(
           "for_slm",
@@ -416,7 +417,7 @@ NB_MODULE(_core, m) {
           pictures.push_back(in_single<float>(plane_of(picture, "targets")));
           wanted.push_back({z, picture_view(pictures.back(), "targets"), view, aperture});
         }
-        options.render.on = {device, fft};
+        options.render.on = device_options(device, fft);
         options.render.progress = progress_of(progress);
         const auto start = field_view(array, "field");
         raywave::Field result;

@@ -11,26 +11,28 @@ import raywave as rw
 PITCH, WAVELENGTH = 4e-6, 633e-9
 
 
-def direct_sum(u, distance, shift):
+def places(shape, pitch):
+    ny, nx = shape
+    return (np.arange(nx) - (nx - 1) / 2) * pitch, ((ny - 1) / 2 - np.arange(ny)) * pitch
+
+
+def direct_sum(u, distance, shift, out_pitch=PITCH, out_shape=None):
     """First Rayleigh-Sommerfeld integral over all pairs of samples, in double precision."""
-    ny, nx = u.shape
-    x = (np.arange(nx) - (nx - 1) / 2) * PITCH
-    y = ((ny - 1) / 2 - np.arange(ny)) * PITCH
+    x, y = places(u.shape, PITCH)
+    out_x, out_y = places(out_shape or u.shape, out_pitch)
     k = 2 * np.pi / WAVELENGTH
-    result = np.zeros(u.shape, complex)
-    for j in range(ny):
-        for i in range(nx):
-            r = np.sqrt((x[i] + shift[0] - x[None, :]) ** 2 + (y[j] + shift[1] - y[:, None]) ** 2
-                        + distance**2)
+    result = np.zeros((len(out_y), len(out_x)), complex)
+    for j in range(len(out_y)):
+        for i in range(len(out_x)):
+            r = np.sqrt((out_x[i] + shift[0] - x[None, :]) ** 2
+                        + (out_y[j] + shift[1] - y[:, None]) ** 2 + distance**2)
             h = distance / (2 * np.pi * r**2) * np.exp(1j * k * r) * (1 / r - 1j * k)
             result[j, i] = (u * h).sum() * PITCH**2
     return result
 
 
 def gaussian(shape, waist, dtype):
-    ny, nx = shape
-    x = (np.arange(nx) - (nx - 1) / 2) * PITCH
-    y = ((ny - 1) / 2 - np.arange(ny)) * PITCH
+    x, y = places(shape, PITCH)
     return np.exp(-(x[None, :] ** 2 + y[:, None] ** 2) / waist**2).astype(dtype)
 
 
@@ -48,6 +50,21 @@ def test_propagation_is_the_direct_sum_with_its_phase(dtype):
         expected = (direct_sum(u, distance, shift) if distance > 0
                     else direct_sum(u.conj(), -distance, shift).conj())
         assert relative(arrived, expected) < 2e-4  # of the Gaussian's tail beyond the window
+
+
+@pytest.mark.parametrize("dtype", [np.complex64, np.complex128])
+@pytest.mark.parametrize("pitch, shape", [(PITCH / 2, (47, 62)), (1.7 * PITCH, (45, 64))])
+def test_points_of_another_pitch_have_the_direct_sums_field(dtype, pitch, shape):
+    u = rw.Field(gaussian((48, 63), 20e-6, dtype), PITCH, WAVELENGTH)
+    shift = (20e-6, -12e-6)
+    arrived = rw.propagate(u, distance=3e-3, shift=shift, out_pitch=pitch, out_shape=shape)
+    assert arrived.dtype == dtype and arrived.shape == shape and arrived.pitch == (pitch, pitch)
+    assert relative(arrived, direct_sum(u, 3e-3, shift, pitch, shape)) < 6e-7
+    assert rw.propagate(u, distance=3e-3, out_shape=shape).pitch == (PITCH, PITCH)
+    for bad, name in [({"out_pitch": -1}, "out_pitch"), ({"out_pitch": "fine"}, "out_pitch"),
+                      ({"out_shape": 5}, "out_shape"), ({"out_shape": (0, 5)}, "out_shape")]:
+        with pytest.raises(rw.InputError, match="^" + name):
+            rw.propagate(u, distance=3e-3, **bad)
 
 
 def test_both_precisions_agree_and_pitches_may_differ(device):

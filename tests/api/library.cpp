@@ -54,7 +54,7 @@ TEST_CASE("the library renders the bits of the command line") {
                         desk.file("out") + "' --quiet --device " + device.index + goal;
       REQUIRE(std::system(line.c_str()) == 0);
       auto options = on(device);
-      if (!goal.empty()) options.goal.preset = "draft";
+      if (!goal.empty()) options.goal.preset = Preset::draft;
       const auto hologram = render(load_scene(desk.file("scene.toml")), options);
       CHECK(samples_in(desk.file("out/field.npy")) == samples_of(hologram.field()));
     }
@@ -286,9 +286,9 @@ TEST_CASE("a scene changes only where it is set, and not at all when a value is 
 
 TEST_CASE("the scene of a plan renders what the goal renders") {
   const auto scene = square_scene();
-  const auto chosen = plan(scene, {.preset = "draft"});
+  const auto chosen = plan(scene, {.preset = Preset::draft});
   RenderOptions options;
-  options.goal.preset = "draft";
+  options.goal.preset = Preset::draft;
   CHECK(samples_of(render(chosen.scene()).field()) == samples_of(render(scene, options).field()));
   CHECK_THAT(chosen.text(), ContainsSubstring("48 x 32 pixels"));
   CHECK_THROWS_AS(render(chosen.scene(), options), InputError);
@@ -298,7 +298,7 @@ TEST_CASE("the scene of a plan renders what the goal renders") {
 TEST_CASE("a German program gets the same texts, numbers and pictures") {
   const auto say = [] {
     auto scene = square_scene();
-    const auto wanted = plan(scene, Goal{.preset = "balanced"});
+    const auto wanted = plan(scene, Goal{.preset = Preset::balanced});
     const auto hologram = render(scene);
     const auto report = hologram.report();  // measured times stand behind the seed
     auto all = scene.json() + wanted.text() + report.substr(0, report.find("\"seed\""));
@@ -321,7 +321,7 @@ TEST_CASE("a German program gets the same texts, numbers and pictures") {
 TEST_CASE("what a plan warns of is in the notes of what it renders, goal or no goal") {
   auto scene = square_scene();
   scene.set({"hologram.wavelength=900 nm", "sampling.pitch=auto"});
-  for (const std::string preset : {"", "draft"}) {
+  for (const auto& preset : {std::optional<Preset>(), std::optional(Preset::draft)}) {
     RenderOptions options;
     options.goal.preset = preset;
     const auto warnings = plan(scene, options.goal).warnings();
@@ -398,13 +398,13 @@ TEST_CASE("an animation has the bits of the command line, whichever picture is a
     CHECK(picture.powers.size() == 2);
     const auto count = static_cast<std::size_t>(first[number + 1] - first[number]);
     REQUIRE(picture.holograms == static_cast<int>(count));
-    REQUIRE(picture.levels.bytes.size() == count * 2 * size);
+    REQUIRE(picture.levels.values.size() == count * 2 * size);
     for (std::size_t laser = 0; laser < 2; ++laser)
       for (std::size_t j = 0; j < count; ++j) {
         const auto at = (static_cast<std::size_t>(first[number]) + j) * 2 + laser;
         CHECK(std::equal(
-            picture.levels.bytes.begin() + static_cast<std::ptrdiff_t>((laser * count + j) * size),
-            picture.levels.bytes.begin() +
+            picture.levels.values.begin() + static_cast<std::ptrdiff_t>((laser * count + j) * size),
+            picture.levels.values.begin() +
                 static_cast<std::ptrdiff_t>((laser * count + j + 1) * size),
             all.begin() + static_cast<std::ptrdiff_t>(at * size)));
       }
@@ -428,7 +428,7 @@ TEST_CASE("a trade measures what the command line measures, of meshes in memory 
   const auto made = trade(square_scene({"sampling.pitch=auto"}), options);
   CHECK_THAT(made.text, ContainsSubstring("balanced"));
   CHECK_THAT(made.csv, ContainsSubstring("sampling.pitch"));
-  CHECK(made.sheet.size() == 3u * static_cast<std::size_t>(made.sheet_nx * made.sheet_ny));
+  CHECK(made.sheet.values.size() == 3u * static_cast<std::size_t>(made.sheet.nx * made.sheet.ny));
   std::ifstream in(desk.file("trade/trade.json"));
   CHECK(std::string{std::istreambuf_iterator<char>(in), {}} == made.json);
   CHECK(std::ifstream(desk.file("trade/trade.png")).good());
@@ -524,22 +524,32 @@ TEST_CASE("what is wrong is refused by the name of its argument") {
   refused("depths:", [&] { quality(dull, {.depths_m = {0}}); });
   refused("border:", [&] { quality(dull, {.border_px = -1}); });
   refused("hologram: has no field", [&] { quality(render(scene, {.keep_field = false})); });
-  refused("resolution:", [&] { pattern("lens", {0, 4}, pixels); });
-  refused("focal 1 mm", [&] { pattern("lens", {640, 400}, pixels, {}, {.focal_m = 1e-3}); });
+  refused("resolution:", [&] { pattern(Pattern::lens, {0, 4}, pixels); });
+  refused("focal 1 mm", [&] { pattern(Pattern::lens, {640, 400}, pixels, {}, {.focal_m = 1e-3}); });
   refused("object 1:", [&] { scene.set_mesh(1, {square, square_faces}); });
   refused("position:", [&] { scene.set_pose(0, {nan, 0, 0.1}, {0, 0, 0}); });
   refused("rotation:", [&] { scene.set_pose(0, {0, 0, 0.1}, {0, 1e7, 0}); });
-  refused("method", [&] { render(scene, {.method = "magic"}); });
-  refused("fft", [&] { render(scene, {.on = {.fft = "none"}}); });
-  refused("preset, budget, psnr and rate", [&] { plan(scene, {"draft", 1.0, {}}); });
+  refused("method \"magic\": unknown; there are wrp, points and rays",
+          [] { choice_of<Method>("magic", "method"); });
+  refused("preset, budget, psnr and rate", [&] { plan(scene, {Preset::draft, 1.0, {}}); });
   refused("rate:", [&] { plan(scene, {.rate_per_s = nan}); });
-  refused("budget:", [&] { plan(scene, {"", nan, {}}); });
+  refused("budget:", [&] { plan(scene, {{}, nan, {}}); });
   refused("u: has no samples", [&] { propagate(FieldView{}, pixels, 0.1); });
   const std::vector<std::complex<float>> dark(16), bad(16, {NAN, 0});
-  refused("u: holds NaN", [&] { propagate(FieldView(bad.data(), 4, 4), pixels, 0.1); });
-  refused("field: holds NaN", [&] { reconstruct(FieldView(bad.data(), 4, 4), pixels); });
-  refused("pitch:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{0, 0}, 633e-9}); });
-  refused("wavelength:", [&] { reconstruct(FieldView(dark.data(), 4, 4), {{1e-6, 1e-6}, nan}); });
+  refused("u: holds NaN", [&] { propagate(FieldView{4, 4, 1, bad.data()}, pixels, 0.1); });
+  const FieldView night{4, 4, 1, dark.data()};
+  refused("out_pitch: must be > 0", [&] {
+    propagate(night, pixels, 0.1, {.out_pitch_m = Vec2{8e-6, nan}});
+  });
+  refused("out_pitch: the points spread over 1000 x 1000 windows", [&] {
+    propagate(night, pixels, 0.1, {.out_pitch_m = Vec2{1e-3, 1e-3}, .out_size = {{1000, 1000}}});
+  });
+  refused("points: there are 0 x 4", [&] {
+    propagate(night, pixels, 0.1, {.out_size = {{0, 4}}});
+  });
+  refused("field: holds NaN", [&] { reconstruct(FieldView{4, 4, 1, bad.data()}, pixels); });
+  refused("pitch:", [&] { reconstruct(night, {{0, 0}, 633e-9}); });
+  refused("wavelength:", [&] { reconstruct(night, {{1e-6, 1e-6}, nan}); });
   refused("levels:", [&] { shown({4, 4, 1, 8, {1, 2, 3}, {}}, Slm(), pixels); });
   CHECK_THROWS_AS(render(scene, {.on = {.device = "no such device"}}), DeviceError);
   CHECK_THROWS_WITH(render(parse_scene(scene_text)), ContainsSubstring("mesh is missing"));

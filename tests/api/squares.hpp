@@ -47,7 +47,7 @@ private:
 };
 
 inline std::vector<std::complex<float>> samples_of(const FieldView& field) {
-  return {field.samples, field.samples + field.size()};
+  return {field.values, field.values + field.size()};
 }
 
 inline std::vector<std::uint8_t> levels_of(const Hologram& hologram) {

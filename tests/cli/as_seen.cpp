@@ -161,7 +161,7 @@ TEST_CASE(
   CHECK(picture("sensor/reconstruction_10mm.exr").pixels == turned.pixels);
   check_refused(desk.run({"reconstruct", desk.file("out/field.npy"), "-z", "10mm", "-o",
                           desk.file("eye"), "--frame", "mirror"}),
-                2, "--frame \"mirror\": there are eye, sensor and hologram");
+                2, "--frame \"mirror\": unknown; there are eye, sensor and hologram");
 }
 
 TEST_CASE("--view counts in the frame of the picture: to the right is the viewer's right") {

@@ -144,8 +144,8 @@ TEST_CASE("patterns that pixels cannot show are refused with what they can") {
     spec.period_px = 1.5;
     CHECK_SAYS(refusal(spec), "pixels show periods of 2 and more");
   }
-  CHECK_REFUSED(pattern_of("grid"), "there are lens, blaze, checker and ramp");
-  CHECK_REFUSED(side_of("east"), "there are right, left, up and down");
+  CHECK_REFUSED(choice_of<Pattern>("grid", "pattern"), "there are lens, blaze, checker and ramp");
+  CHECK_REFUSED(choice_of<Side>("east", "to"), "there are right, left, up and down");
 }
 
 TEST_CASE("pictures are turned counterclockwise, then flipped, and come back from every way") {

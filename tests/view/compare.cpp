@@ -216,9 +216,9 @@ TEST_CASE(
     for (float& v : brighter.pixels) v *= 4096;
     CHECK(compare_pictures(a, brighter, how).psnr_db == Approx(psnr).epsilon(1e-6));
     CHECK(c.contrast_a == compare_pictures(a, b).contrast_a);
-    CHECK(domain_of(name_of(domain)) == domain);
+    CHECK(choice_of<Domain>(name_of(domain), "domain") == domain);
   }
-  CHECK_REFUSED(domain_of("linear"), "there are intensity, amplitude and srgb");
+  CHECK_REFUSED(choice_of<Domain>("linear", "domain"), "there are intensity, amplitude and srgb");
 }
 
 TEST_CASE("the border counts in no figure but a region's") {

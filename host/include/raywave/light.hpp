@@ -12,6 +12,9 @@ struct PropagateOptions {
   // 1 to 64: side of the transformed plane over the side of the field. From 2 on the plane is wider
   // where the distance needs it
   double padding = 2;
+  // Of the points at which the field is told, about the target's centre; empty: those of the field
+  std::optional<Vec2> out_pitch_m{};
+  std::optional<std::array<int, 2>> out_size{};  // columns and rows
   DeviceOptions on{};
 };
 
@@ -24,7 +27,8 @@ struct PropagateOptions {
 /// throws      InputError when no frequency survives the band limit; the message gives the largest
 ///             usable shift
 /// accuracy    relative L2 error <= 6e-7 against direct summation for fields inside window and band
-///             (docs/accuracy.md)
+///             (docs/accuracy.md); 3e-7 at points of another pitch (in double precision 3e-8), which
+///             take four propagations for each window of the field's size that they spread over
 /// source      Matsushima, Opt. Express 18, 18453 (2010)
 RAYWAVE_API Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
                             const PropagateOptions& options = {});
@@ -72,20 +76,18 @@ RAYWAVE_API Levels encode(const FieldView& field, const Slm& slm, const Pixels& 
                           const DeviceOptions& on = {});
 
 struct PatternOptions {
-  double focal_m = 0.3;      // lens: to its focus along the light; < 0: it diverges
-  double period_px = 16;     // blaze: pixels to a turn; checker: pixels to two squares
-  std::string to = "right";  // blaze: where the light goes, seen along it; or "left", "up", "down"
+  double focal_m = 0.3;   // lens: to its focus along the light; < 0: it diverges
+  double period_px = 16;  // blaze: pixels to a turn; checker: pixels to two squares
+  Side to = Side::right;  // blaze: where the light goes
   DeviceOptions on{};
 };
 
 /// A test picture that tells on a bench whether an SLM is described right (docs/slm.md), as the SLM
 /// is sent it: turned by slm.rotate, then flipped.
 ///
-/// name    "lens", "blaze", "checker" or "ramp"
 /// throws  InputError when the pixels cannot show it; the message gives what they can
-RAYWAVE_API Levels pattern(const std::string& name, std::array<int, 2> resolution,
-                           const Pixels& pixels, const Slm& slm = {},
-                           const PatternOptions& options = {});
+RAYWAVE_API Levels pattern(Pattern pattern, std::array<int, 2> resolution, const Pixels& pixels,
+                           const Slm& slm = {}, const PatternOptions& options = {});
 
 /// The light that an SLM with these levels shows, behind the stop of its optics. Carrier, lens and
 /// corrections are taken off again.
@@ -118,7 +120,7 @@ RAYWAVE_API FieldComparison compare(const FieldView& a, const FieldView& b);
 struct CompareOptions {
   double blur_px = 0;  // standard deviation of the Gaussian that both are blurred with first
   int border_px = 0;   // left out on every side
-  std::string domain = "intensity";            // or "amplitude", "srgb"
+  Domain domain = Domain::intensity;
   std::optional<std::array<int, 4>> region{};  // x, y, width, height: of the speckle contrast
 };
 
@@ -156,10 +158,14 @@ struct QualityOptions {
   Progress progress{};
 };
 
+/// The part of a hologram that lets light through, as its viewer has it.
+enum class View { whole, left, right, top, bottom };
+constexpr auto names_of(View) { return std::array{"whole", "left", "right", "top", "bottom"}; }
+
 /// A picture of the hologram against that of an ideal lens, as a row of `raywave quality`.
 struct QualityRow {
   double z_m = 0;
-  std::string view{};            // "whole"; "left", "right", "top" or "bottom" of the viewer
+  View view = View::whole;
   PictureComparison levels{};    // of what the SLM shows
   PictureComparison field{};     // of the field, which no SLM shows
   double light_share = 0;        // of the SLM's light, that falls into the picture
@@ -198,10 +204,11 @@ struct Trade {
   std::string text{};  // the tables that it prints
   std::string json{};  // trade.json (docs/trade.md)
   std::string csv{};   // trade.csv
-  // Along the frontier: rows are depths, columns the lens, then the fastest first; sRGB, three
-  // channels of 8 bits
-  int sheet_nx = 0, sheet_ny = 0;
-  std::vector<std::uint8_t> sheet{};
+  /// Along the frontier: rows are depths, columns the lens, then the fastest first.
+  struct Sheet {
+    int nx = 0, ny = 0, channels = 3;  // sRGB
+    std::vector<std::uint8_t> values{};
+  } sheet{};
 };
 
 /// Renders, times and judges configurations of a scene: minutes to hours.

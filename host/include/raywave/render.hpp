@@ -12,7 +12,7 @@ namespace RAYWAVE_NAMESPACE {
 struct Device {
   std::string index{};  // "0:1": platform and device within it
   std::string platform{}, name{}, driver{};
-  std::string kind{};  // "gpu", "accelerator", "cpu" or "other"
+  DeviceKind kind = DeviceKind::other;
   std::uint64_t memory_bytes = 0;
   bool has_doubles = false;
 };
@@ -25,12 +25,16 @@ struct DeviceOptions {
   // Index ("0:1"), kind ("gpu", "cpu") or part of a name; empty: the environment's RAYWAVE_DEVICE,
   // else the fastest GPU, else an accelerator, else a CPU
   std::string device{};
-  std::string fft{};  // "host", "clfft" or "vkfft"; empty: the device's own choice
+  std::optional<FftBackend> fft{};  // empty: the device's own choice
 };
+
+/// Points on a scene's curve of accuracy against time.
+enum class Preset { draft, balanced, accurate, reference };
+constexpr auto names_of(Preset) { return std::array{"draft", "balanced", "accurate", "reference"}; }
 
 /// What a plan aims at. At most one; none: whatever the scene leaves open keeps its default.
 struct Goal {
-  std::string preset{};              // "draft", "balanced", "accurate" or "reference"
+  std::optional<Preset> preset{};
   std::optional<double> budget_s{};  // the most accurate plan that keeps this time
   std::optional<double> psnr_db{};   // the fastest plan whose pictures reach this
   // Pictures a second: the most accurate plan that the device computes, and slm.rate shows, so fast
@@ -68,11 +72,9 @@ RAYWAVE_API Plan plan(const Scene& scene, const Goal& goal = {}, const std::stri
 struct RenderOptions {
   DeviceOptions on{};
   Goal goal{};
-  // "wrp"; or the references: "points", every surface sample to every pixel; "rays", rays from
-  // every pixel
-  std::string method = "wrp";
-  int rays_per_axis = 100;  // of method "rays"
-  bool keep_field = true;   // also return the field at the hologram, beside the levels
+  Method method = Method::wrp;  // the others are references
+  int rays_per_axis = 100;      // of Method::rays
+  bool keep_field = true;       // also return the field at the hologram, beside the levels
   Progress progress{};
 };
 

@@ -14,8 +14,10 @@
 #include <cstdint>
 #include <functional>
 #include <optional>
+#include <raywave/choices.hpp>
 #include <span>
 #include <string>
+#include <string_view>
 #include <vector>
 
 // Names of the library have a version of their own: rooms of the library that were never meant for
@@ -28,29 +30,30 @@
 
 namespace RAYWAVE_NAMESPACE {
 
+/// The place of a name among all.
+///
+/// throws  InputError that lists the names when it is none of them
+RAYWAVE_API std::size_t place_of(std::string_view name, std::span<const char* const> names,
+                                 std::string_view what);
+
+/// The value of this name: choice_of<Method>("rays", "method"). `what` begins a refusal.
+///
+/// throws  InputError that lists the names when it is none of them
+template <Named Value>
+Value choice_of(std::string_view name, std::string_view what) {
+  return static_cast<Value>(v0::place_of(name, names_of(Value{}), what));
+}
+
 using Vec2 = std::array<double, 2>;  // x right, y up
 using Vec3 = std::array<double, 3>;
 
-/// `frames` complex planes of ny rows of nx samples, one after the other.
-template <class Sample>
-struct BasicField {
-  int nx = 0, ny = 0, frames = 1;
-  std::vector<std::complex<Sample>> samples{};
-};
-using Field = BasicField<float>;
-using FieldDouble = BasicField<double>;
+// Planes of ny rows of nx values, one after the other: `values` of all, in the order of their sizes.
+// Views are the same in memory of the caller's, which must stay until the call returns.
 
-/// The same in memory of the caller's, which must stay until the call returns.
 template <class Sample>
 struct BasicFieldView {
-  const std::complex<Sample>* samples = nullptr;
   int nx = 0, ny = 0, frames = 1;
-
-  BasicFieldView() = default;
-  BasicFieldView(const std::complex<Sample>* data, int width, int height, int count = 1)
-      : samples(data), nx(width), ny(height), frames(count) {}
-  BasicFieldView(const BasicField<Sample>& field)
-      : BasicFieldView(field.samples.data(), field.nx, field.ny, field.frames) {}
+  const std::complex<Sample>* values = nullptr;
 
   std::size_t size() const {
     return static_cast<std::size_t>(nx) * static_cast<std::size_t>(ny) *
@@ -60,31 +63,36 @@ struct BasicFieldView {
 using FieldView = BasicFieldView<float>;
 using FieldDoubleView = BasicFieldView<double>;
 
-/// A picture of linear values: ny rows of nx pixels. In colour, red, green and blue of each pixel
-/// lie side by side, in linear sRGB, and channels is 3.
-struct Picture {
-  int nx = 0, ny = 0;
-  std::vector<float> pixels{};
-  int channels = 1;
-};
+template <class Sample>
+struct BasicField {
+  int nx = 0, ny = 0, frames = 1;
+  std::vector<std::complex<Sample>> values{};
 
-/// The same in memory of the caller's.
+  operator BasicFieldView<Sample>() const { return {nx, ny, frames, values.data()}; }
+};
+using Field = BasicField<float>;
+using FieldDouble = BasicField<double>;
+
+/// Linear values. In colour, red, green and blue of each pixel lie side by side, in linear sRGB, and
+/// channels is 3.
 struct PictureView {
-  const float* pixels = nullptr;
   int nx = 0, ny = 0, channels = 1;
-
-  PictureView() = default;
-  PictureView(const float* data, int width, int height, int count = 1)
-      : pixels(data), nx(width), ny(height), channels(count) {}
-  PictureView(const Picture& picture)
-      : PictureView(picture.pixels.data(), picture.nx, picture.ny, picture.channels) {}
+  const float* values = nullptr;
 };
 
-/// Grey levels of an SLM, frame by frame. `bytes` holds them up to 8 bits, `words` beyond.
+struct Picture {
+  int nx = 0, ny = 0, channels = 1;
+  std::vector<float> values{};
+
+  operator PictureView() const { return {nx, ny, channels, values.data()}; }
+};
+
+/// Grey levels of an SLM, frame by frame. Those of more than 8 bits are in `values16`, and `values`
+/// is empty.
 struct Levels {
   int nx = 0, ny = 0, frames = 1, bits = 8;
-  std::vector<std::uint8_t> bytes{};
-  std::vector<std::uint16_t> words{};
+  std::vector<std::uint8_t> values{};
+  std::vector<std::uint16_t> values16{};
 };
 
 /// The pixels that a field or hologram is sampled on.
