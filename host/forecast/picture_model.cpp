@@ -27,15 +27,18 @@ constexpr double edge_factor = 6.3e-4;
 constexpr double spot_factor = 9e-3;
 constexpr double cell_factor = 3.6e-4;
 constexpr double background = 0.3;
+// A surface ends where the next cell lies so many cells deeper; what a step of its pattern weighs
+// over one at its end
+constexpr double end_in_cells = 6, step_of_pattern = 0.5;
 
 /// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
-/// one sample misses at edges; for 6 depths and 1 frame. Fitted to nine demo scenes at 1 and 4
-/// frames (docs/planning.md).
-constexpr double refined_light = 4.4e-4, refined_missing = 0.04, refined_edges = 0.19;
+/// one sample misses at edges; for 6 depths and 1 frame. Light, over the root of the spots that a
+/// blur holds. Fitted to nine demo scenes at 1 and 4 frames (docs/planning.md).
+constexpr double refined_light = 8e-3, refined_missing = 0.04, refined_edges = 0.19;
 /// What iterations n towards pictures made of samples leave of the error of phases: rest + first /
 /// n^2. By scripts/fit, of presets of five scenes.
 constexpr double paced_rest = 0.09, paced_first = 0.42;
-constexpr double refined_by_depths = 1.2, refined_by_frames = 0.6, refined_by_rounds = 0.5;
+constexpr double refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
 /// share of light cut off. Fitted to two scenes behind three stops, within 3 dB.
@@ -397,7 +400,11 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
       const auto squared = [&](std::size_t next) {
-        return (view.radiance[i] - view.radiance[next]) * (view.radiance[i] - view.radiance[next]);
+        const double step = double{view.radiance[i]} - double{view.radiance[next]},
+                     deep_m = std::abs(double{view.depth_m[i]} - double{view.depth_m[next]});
+        // A surface's own pattern goes on in the cell; its end does not
+        const bool goes_on = deep_m < end_in_cells * cell_m(view, double{view.depth_m[i]});
+        return static_cast<float>(step * step * (goes_on ? step_of_pattern : 1));
       };
       if (x + 1 < view.size.x) steps[i] += squared(i + 1);
       if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
@@ -479,8 +486,9 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const bool is_refined = model.refined_depths > 0;
     prediction.field_psnr_db += decibels(field) / rows;
     // Refined phases have errors of their own: of light, where light is missing, at edges
-    const double of_phases =
-        is_refined ? refined_factor * refined_light * row.light : left * encoding_here;
+    const double of_phases = is_refined
+                                 ? refined_factor * refined_light * std::sqrt(grain) * row.light
+                                 : left * encoding_here;
     const double missing_here =
         is_refined ? refined_factor * refined_missing * row.missing : row.missing;
     const double at_edges =

@@ -20,6 +20,9 @@ namespace {
 /// Share of the memory that a plan may take before its surface samples are known.
 constexpr double share_without_samples = 7.0 / 8;
 
+/// Of the profiles of a sample on virtual planes, about, and of all that a processor makes together.
+constexpr double bytes_of_nodes = 250, most_node_bytes = 4 << 20;
+
 /// Of the profiles of samples that are gathered together, about.
 constexpr double most_profile_bytes = 128 << 20;
 
@@ -182,6 +185,8 @@ double bytes_of_samples(const Plan& plan, double samples) {
   else
     each += sizeof(device::ProjectedSample) + 16;
   double bytes = grown * each * samples;
+  if (plan.virtual_planes())
+    bytes += std::min(grown * samples * bytes_of_nodes, grown * most_node_bytes);
   if (!plan.virtual_planes())
     bytes += std::min(grown * samples * bytes_of_profiles(plan), most_profile_bytes);
   if (plan.refine && refines_samples(plan))
