@@ -243,7 +243,8 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   }
   if (peak == 0) return row;
   // Copies lie beyond the scene, too
-  for (double y_m = low_m.y + side_m / 2; y_m < high_m.y; y_m += side_m)
+  const bool has_copies = plan.slm.encoding == Encoding::double_phase && !is_near_hologram(plan);
+  for (double y_m = low_m.y + side_m / 2; has_copies && y_m < high_m.y; y_m += side_m)
     for (double x_m = low_m.x + side_m / 2; x_m < high_m.x; x_m += side_m)
       copies += std::pow(copied({x_m, y_m}), 2);
   const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
