@@ -243,16 +243,17 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   }
   if (peak == 0) return row;
   // Copies lie beyond the scene, too
+  constexpr int looks = 128;
   const bool has_copies = plan.slm.encoding == Encoding::double_phase && !is_near_hologram(plan);
-  for (double y_m = low_m.y + side_m / 2; has_copies && y_m < high_m.y; y_m += side_m)
-    for (double x_m = low_m.x + side_m / 2; x_m < high_m.x; x_m += side_m)
-      copies += std::pow(copied({x_m, y_m}), 2);
+  for (int i = 0; has_copies && i < looks * looks; ++i)
+    copies += std::pow(
+        copied(low_m + size_m * (glm::dvec2(i % looks, i / looks) + 0.5) / double(looks)), 2);
   const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
   row.mean = light / (cells * peak);
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
-  row.copies = copies * unit;
+  row.copies = copies / (looks * looks * peak * peak);
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
   return row;
 }
