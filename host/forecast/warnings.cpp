@@ -165,6 +165,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
          "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
+  for (const auto& warning : image_warnings(plan)) warn(warning);
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, wavelengths_m, warn);

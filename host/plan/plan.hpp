@@ -149,6 +149,12 @@ struct Images {
   double beyond = 0;
   // Depths within which the others lie, but for a few, and all surfaces; world z
   double near_m = 0, far_m = 0;
+  // How far the radiance of what mirrors and glass show is off, as a share, root mean square: with
+  // virtual points; with fitted paths; with these on virtual planes
+  double points_error = 0, paths_error = 0, coupled_error = 0;
+  // Share of that light which folds over the window, near caustics: no fitted path tells of it.
+  // Instead, it shines from the depth folded_m
+  double folded = 0, folded_m = 0;
 
   bool holds(const Image& image) const { return near_m <= image.at_m.z && image.at_m.z <= far_m; }
 };

@@ -207,10 +207,15 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
   const bool has_bounces =
       plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
   plan.specular.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
-  if (scene.trace.bounces != Bounces::automatic) plan.specular.as = scene.trace.bounces;
   require_known_sides(scene, plan, method);
   if (!images) images = images_of(world, plan);
   plan.specular.images = *images;
+  if (scene.trace.bounces != Bounces::automatic)
+    plan.specular.as = scene.trace.bounces;
+  else if (moved_from)
+    plan.specular.as = moved_from->specular.as;
+  else if (images->points_error > most_points_error)
+    plan.specular.as = Bounces::paths;
   require_light_through_stop(plan, world);
   plan.samples.antialias = scene.sampling.antialias;
   plan.samples.visibility_parts = scene.sampling.visibility;

@@ -9,6 +9,7 @@
 #include <limits>
 
 #include "host/common/text.hpp"
+#include "host/planning/images.hpp"
 #include "host/planning/light_shown.hpp"
 
 namespace raywave {
@@ -16,6 +17,9 @@ namespace {
 
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
+
+/// As is less of the light in mirrors and glass near a focus.
+constexpr double most_folded = 0.05;
 
 /// Share of the vertices whose light the pixels can show, but which the lattice does not sample.
 double share_beside_lattice(const World& world, const Plan& plan) {
@@ -32,6 +36,31 @@ double share_beside_lattice(const World& world, const Plan& plan) {
 }
 
 }  // namespace
+
+std::vector<std::string> image_warnings(const Plan& plan) {
+  const auto& images = plan.specular.images;
+  const bool has_paths = has_fitted_paths(plan);
+  std::vector<std::string> warnings;
+  if (const double error = !has_paths              ? images.points_error
+                           : plan.virtual_planes() ? images.coupled_error
+                                                   : images.paths_error;
+      error > most_points_error)
+    warnings.push_back("what curved mirrors and glass show is about " + percent_text(error) +
+                       " too bright or too dark" +
+                       (!has_paths ? ": trace.bounces \"paths\" shows more of it as bright as it is"
+                        : images.paths_error < error
+                            ? ": virtual planes cannot follow its paths as "
+                              "--method points does"
+                            : ", since it lies near a focus of theirs"));
+  if (has_paths && images.folded > most_folded)
+    warnings.push_back(percent_text(images.folded) +
+                       " of what mirrors and glass show lies near a focus of theirs: it is a "
+                       "picture " +
+                       length_text(std::round(images.folded_m * 1e4) / 1e4) +
+                       " away, the same from all places of the hologram, and up to a tenth too "
+                       "bright or too dark");
+  return warnings;
+}
 
 std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan) {
   if (!plan.holds_all_light() || !scene.wrp.grid) return {};

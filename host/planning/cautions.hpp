@@ -10,6 +10,9 @@
 
 namespace raywave {
 
+/// Lines where what mirrors and glass show is not as bright as it is.
+std::vector<std::string> image_warnings(const Plan& plan);
+
 /// A line where wrp.grid, as it is given, leaves parts of the scene out.
 std::vector<std::string> cut_warnings(const Scene& scene, const World& world, const Plan& plan);
 

@@ -29,15 +29,56 @@ constexpr double share_beyond = 0.01;
 /// Rays along the longer side of the whole scene, which tell how much light needs no mirror.
 constexpr int direct_rays_along = 16;
 
+struct PathRay {
+  glm::dvec3 origin, direction;
+  double share = 1, from = 0;  // hits nearer than `from` are ignored
+};
+
+/// As in kernels/samples/fit_path.h: its outermost nodes, in half sides of the window, and when the
+/// paths to them fold.
+constexpr double node = 0.861136311594053, most_brighter = 8, most_darker = 32;
+constexpr int path_steps = 4;
+
+/// The polynomial of a path's amplitude holds less of its spread.
+constexpr double most_held = 4, folded = std::numeric_limits<double>::infinity();
+
+/// Turns of paths that couple x and y which virtual planes follow (kernels/gather/seen.h).
+constexpr double most_coupling_turns = 0.9;
+
+/// The wavefront of a ray's light at the hologram's middle.
+struct Bend {
+  double rate = 0;  // mean curvature, 1/m
+  // Light per solid angle at the window's corners over that at its middle, or the inverse, the
+  // largest; infinite where light folds over the window, so that no path is fitted
+  double spread = 1;
+  double twist = 0;  // second derivative of the path by x and y, beyond a sphere's, 1/m
+  int ray = 0, surfaces = 0;
+  double share = 1;
+  double front_m = 0;  // depth of the first surface
+};
+
+/// Where a ray's light starts, and how far others pass it, across the ray.
+struct Aim {
+  glm::dvec3 source_m, direction, e1, e2;
+
+  Aim(const PathRay& ray, double t)
+      : source_m(ray.origin + t * ray.direction), direction(ray.direction) {
+    const auto other = std::abs(direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
+    e1 = glm::normalize(glm::cross(direction, other));
+    e2 = glm::cross(direction, e1);
+  }
+  glm::dvec2 off(const PathRay& moved) const {
+    const auto way = source_m - moved.origin;
+    const auto miss =
+        way - moved.direction * (glm::dot(way, direction) / glm::dot(moved.direction, direction));
+    return -glm::dvec2(glm::dot(miss, e1), glm::dot(miss, e2));
+  }
+};
+
 /// A mirror or a clear surface on a path.
 struct Turn {
   std::int32_t object = 0;
   bool refracts = false;
-};
-
-struct PathRay {
-  glm::dvec3 origin, direction;
-  double share = 1, from = 0;  // hits nearer than `from` are ignored
 };
 
 class Paths {
@@ -57,6 +98,8 @@ public:
     ray_ = ray;
     explore(start(glm::dvec2(0), tangents), tangents, images);
   }
+
+  const std::vector<Bend>& bends() const { return bends_; }
 
   /// Light of surfaces under these tangents, without mirrors and glass.
   double direct_light(glm::dvec2 tangents) const {
@@ -126,12 +169,23 @@ private:
     if (turns_.empty()) {
       if (!(specular > 0)) return;
       ++images.rays;
+      front_m_ = hit->t * ray.direction.z;
     } else if (specular < 1) {
       const double share = ray.share * (1 - specular);
-      if (const auto at_m = image_of(ray, *hit, tangents))
-        images.all.push_back({ray_, *at_m, share, static_cast<int>(turns_.size())});
+      auto bend = bend_of(Aim(ray, hit->t), tangents);
+      const int surfaces = static_cast<int>(turns_.size());
+      if (bend && bend->rate > 0)
+        images.all.push_back(
+            {ray_, glm::normalize(glm::dvec3(tangents, 1)) / bend->rate, share, surfaces});
       else
         images.beyond += share;
+      if (bend) {
+        bend->ray = ray_;
+        bend->surfaces = surfaces;
+        bend->share = share;
+        bend->front_m = front_m_;
+        bends_.push_back(*bend);
+      }
     }
     if (!(specular > 0) || static_cast<int>(turns_.size()) >= plan_.specular.bounces) return;
     for (const bool refracts : {false, true}) {
@@ -155,20 +209,48 @@ private:
     return ray;
   }
 
-  /// Where the light of a hit seems to come from: on the ray's line, at the mean radius of the
-  /// wavefront, from differences of rays. Nothing where that lies behind the hologram.
-  std::optional<glm::dvec3> image_of(const PathRay& ray, const RayHit& hit,
-                                     glm::dvec2 tangents) const {
-    const auto source_m = ray.origin + hit.t * ray.direction;
-    const auto other = std::abs(ray.direction.x) < 0.7 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0);
-    const auto e1 = glm::normalize(glm::cross(ray.direction, other)),
-               e2 = glm::cross(ray.direction, e1);
-    const auto off = [&](const PathRay& moved) {
-      const auto way = source_m - moved.origin;
-      const auto miss = way - moved.direction * (glm::dot(way, ray.direction) /
-                                                 glm::dot(moved.direction, ray.direction));
-      return -glm::dvec2(glm::dot(miss, e1), glm::dot(miss, e2));
-    };
+  /// Bend::spread: by paths from the window's corners to where a ray ends, as in
+  /// kernels/samples/fit_path.h.
+  ///
+  /// by_tangents, turn  of the ray: how its end moves with its tangents, and these with its place
+  double spread_of(const Aim& aim, glm::dvec2 tangents, const glm::dmat2& by_tangents,
+                   const glm::dmat2& turn, double tangent_step) const {
+    const double determinant = glm::determinant(by_tangents),
+                 cell = plan_.samples.pitch_m / plan_.extent.far_m,
+                 cell_area = cell * cell * std::abs(determinant);
+    bool is_missed = false;
+    double largest = 1;
+    for (int corner = 0; corner < 4; ++corner) {
+      const auto at_m =
+          glm::dvec2(2 * (corner % 2) - 1, 2 * (corner / 2) - 1) * (node / 2) * plan_.window_m();
+      auto t = tangents + turn * at_m;
+      for (int step = 0; step <= path_steps; ++step) {
+        const auto ray = followed(at_m, t), by_x = followed(at_m, t + glm::dvec2(tangent_step, 0)),
+                   by_y = followed(at_m, t + glm::dvec2(0, tangent_step));
+        if (!ray || !by_x || !by_y) {
+          is_missed = true;
+          break;
+        }
+        const auto off = aim.off(*ray);
+        const auto by = glm::dmat2(aim.off(*by_x) - off, aim.off(*by_y) - off) / tangent_step;
+        const double spread = glm::determinant(by) / determinant;
+        if (step == path_steps || glm::dot(off, off) < cell_area / 256) {
+          if (glm::dot(off, off) > cell_area || spread * most_brighter < 1 || spread > most_darker)
+            return folded;
+          largest = std::max({largest, spread, 1 / spread});
+          break;
+        }
+        t -= glm::inverse(by) * off;
+      }
+    }
+    const auto moves = glm::dmat2(1) + plan_.extent.near_m * turn;
+    return is_missed && glm::dot(moves[0], moves[0]) + glm::dot(moves[1], moves[1]) > 2 ? folded
+                                                                                        : largest;
+  }
+
+  /// The wavefront of a ray's light, from differences of rays: it seems to come from the ray's line
+  /// at 1 over its mean curvature, from behind the hologram where that is negative.
+  std::optional<Bend> bend_of(const Aim& aim, glm::dvec2 tangents) const {
     const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
                  tangent_step = place_step / plan_.extent.far_m;
     glm::dmat2 by_place, by_tangents;
@@ -176,7 +258,7 @@ private:
     // mirror by one to the other side
     const auto miss_by = [&](const auto& moved, double step) -> std::optional<glm::dvec2> {
       for (const double by : {step, -step})
-        if (const auto other_ray = moved(by)) return off(*other_ray) / by;
+        if (const auto other_ray = moved(by)) return aim.off(*other_ray) / by;
       return std::nullopt;
     };
     for (int axis = 0; axis < 2; ++axis) {
@@ -196,18 +278,20 @@ private:
     const double q = std::sqrt(1 + glm::dot(tangents, tangents));
     const auto d = tangents / q;
     // Second derivatives of the path, and their mean over the metric of a sphere
-    double sum = 0, all = 0;
+    double sum = 0, all = 0, twist = 0;
     for (int i = 0; i < 2; ++i) {
       for (int j = 0; j < 2; ++j) {
         const double bend = -(turn[j][i] - d[i] * glm::dot(d, turn[j])) / q,
                      metric = (i == j) - d[i] * d[j];
         sum += bend * metric;
+        if (i != j) twist += bend / 2;
         all += metric * metric;
       }
     }
-    const double distance_m = all / sum;
-    if (!(distance_m > 0) || !std::isfinite(distance_m)) return std::nullopt;
-    return glm::normalize(glm::dvec3(tangents, 1)) * distance_m;
+    if (!std::isfinite(sum / all) || sum == 0) return std::nullopt;
+    return Bend{.rate = sum / all,
+                .spread = spread_of(aim, tangents, by_tangents, turn, tangent_step),
+                .twist = twist + sum / all * d.x * d.y};
   }
 
   const World& world_;
@@ -215,8 +299,76 @@ private:
   std::shared_ptr<const RayTree> tree_;
   double bias_m_, reach_m_ = 0;
   int ray_ = 0;              // that is being explored
+  double front_m_ = 0;       // depth of the first surface that it meets
   std::vector<Turn> turns_;  // of its path
+  std::vector<Bend> bends_;  // by ray
 };
+
+/// The middle of values by their light, and that light.
+std::pair<double, double> median(std::vector<std::pair<double, double>>& values) {
+  std::sort(values.begin(), values.end());
+  double all = 0, before = 0;
+  for (const auto& value : values) all += value.second;
+  for (const auto& [value, light] : values)
+    if ((before += light) >= all / 2) return {value, all};
+  return {0, 0};
+}
+
+/// What light folds over the window, and how densely its places see virtual points, from the
+/// curvatures of neighbouring rays.
+void find_folds(const std::vector<Bend>& bends, const Plan& plan, Images& images) {
+  const double off_m = glm::length(plan.window_m()) / std::sqrt(12.0);
+  const auto neighbour = [&](const Bend& bend, int ray) -> const Bend* {
+    auto at = std::lower_bound(bends.begin(), bends.end(), ray,
+                               [](const Bend& b, int wanted) { return b.ray < wanted; });
+    for (; at != bends.end() && at->ray == ray; ++at)
+      if (at->surfaces == bend.surfaces && at->share > bend.share / 2 && at->share < bend.share * 2)
+        return &*at;
+    return nullptr;
+  };
+  double all = 0;
+  std::vector<std::pair<double, double>> depths, fronts;  // of what folds, with its light
+  for (const auto& bend : bends) {
+    double slopes = 0;
+    for (const int step : {1, images.size.x}) {
+      // The smaller change of both sides: on the other, another object may begin
+      double slope = std::numeric_limits<double>::infinity();
+      for (const int by : {-step, step})
+        if (const auto* other = neighbour(bend, bend.ray + by))
+          slope = std::min(slope, std::abs(other->rate - bend.rate) / images.step);
+      if (std::isfinite(slope)) slopes += slope * slope;
+    }
+    all += bend.share;
+    // Places on both sides of the middle make up for each other in part. Rays at outlines, whose
+    // neighbours are of other paths, must not outweigh the rest
+    const double error = std::min(0.5, off_m * std::sqrt(slopes) / 2),
+                 squares = bend.share * error * error;
+    images.points_error += squares;
+    if (bend.spread != folded) {
+      const double turns = std::abs(bend.twist) * plan.window_m().x * plan.window_m().y /
+                           (4 * plan.hologram.wavelength_m);
+      if (bend.spread > most_held) images.paths_error += squares;
+      if (bend.spread > most_held || turns > most_coupling_turns) images.coupled_error += squares;
+      continue;
+    }
+    images.folded += bend.share;
+    fronts.emplace_back(bend.front_m, bend.share);
+    if (bend.rate > 0 && bend.rate * bend.front_m < 1)
+      depths.emplace_back(1 / bend.rate, bend.share);
+  }
+  if (all > 0) {
+    for (auto* error : {&images.points_error, &images.paths_error, &images.coupled_error})
+      *error = std::sqrt(*error / all);
+    images.folded /= all;
+  }
+  // Images behind their mirror or glass pass into those of other paths there; the outlines of
+  // mirrors and glass are right where light shines from them.
+  const auto [front_m, front_light] = median(fronts);
+  const auto [depth_m, light] = median(depths);
+  images.folded_m = fronts.empty()            ? images.near_m
+                    : light < front_light / 4 ? front_m
+                                              : std::min(depth_m, 2 * front_m);
+}
 
 /// Tangents under which the hologram's centre sees objects: mirrors and glass, or all.
 std::pair<glm::dvec2, glm::dvec2> tangents_of_objects(const World& world, const Plan& plan,
@@ -289,6 +441,7 @@ Images images_of(const World& world, const Plan& plan) {
     for (int x = 0; x < mirrors.size.x; ++x)
       paths.explore(y * mirrors.size.x + x, mirrors.at(x, y), images);
   }
+  find_folds(paths.bends(), plan, images);
   double direct = 0;
   for (int y = 0; y < scene.size.y; ++y) {
     for (int x = 0; x < scene.size.x; ++x) direct += paths.direct_light(scene.at(x, y));

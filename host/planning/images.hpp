@@ -10,6 +10,10 @@
 
 namespace raywave {
 
+/// Where the radiance of what mirrors and glass show is farther off, trace.bounces "auto" fits
+/// paths, and plans have a warning.
+constexpr double most_points_error = 0.03;
+
 /// The virtual points of the scene that a plan is made for. Needs its window, lattice-independent:
 /// size, pitch, bounces and lighting.
 Images images_of(const World& world, const Plan& plan);

@@ -130,9 +130,9 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     const auto number = [](double value) { return static_cast<float>(value); };
     find_.run({cells.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
               scene.arguments(), lattice, number(plan.specular.images.near_m),
-              number(plan.specular.images.far_m), fit_, cells_,
-              static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_, visibility_masks_,
-              paths_);
+              number(plan.specular.images.far_m), number(plan.specular.images.folded_m), fit_,
+              cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
+              visibility_masks_, paths_);
     counts_.read(counts);
     int most = 0;
     for (const auto& count : counts) most = std::max(most, count.x);

@@ -108,7 +108,7 @@ __kernel void aim(__global const Light* lights, __global const Sample* samples,
 #if RAYWAVE_PATHS
   if (any_path(samples + index, count)) {
     path_coupling(samples + index, count, paths, &plane, &odd, &even);
-    // Paths that scan lines cannot follow shine from their virtual points.
+    // Paths that scan lines cannot follow shine from their virtual points, with their amplitudes.
     follows = (odd + even) * plane.turns_hi < MOST_COUPLING_TURNS;
     odd = LANES_SELECT((floatv)(0.0f), odd, follows);
     even = LANES_SELECT((floatv)(0.0f), even, follows);
@@ -177,7 +177,7 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   const Profiled p =
       profiled(lights, sample, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
                load_seen((__global const real*)all_seen + COMPACT_SEEN * index, &plane),
-               footprint.follows ? path_of(sample, paths) : 0, &footprint, &plane, weights);
+               path_of(sample, paths), &footprint, &plane, weights);
   ColumnLight column;
   light_on_column(&p, &column);
   KnotLight light;

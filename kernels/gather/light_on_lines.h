@@ -181,6 +181,7 @@ typedef struct {
   Seen seen;
   float plain;                      // amplitude without highlights
   __global const SamplePath* path;  // 0 where the sample is seen directly
+  float rest;                       // 0 where lines cannot follow the rest of its path, else 1
   bool hidden, cut, shines, rough;
   int lines, first_line;  // the first one's number among the lines of all counts
   NodeAxis x, y;
@@ -204,6 +205,7 @@ static inline Profiled profiled(__global const Light* lights, __global const Sam
       seen,
       sqrt(sample->radiance) * sample->weight,
       path,
+      footprint->follows ? 1.0f : 0.0f,
       sample->hidden,
       (kind & SEEN_CUT) != 0,
       (kind & SEEN_SHINES) != 0,
@@ -232,7 +234,7 @@ static inline void light_on_place(const Profiled* p, realv u, realv v, realv* tu
     const floatv x = window_x(p->plane, REAL_TO_FLOAT(u)), y = window_y(p->plane, REAL_TO_FLOAT(v));
     *turns += REAL_OF(
         (path_rest(p->path, x, y) - path_rest(p->path, (floatv)(p->plane->window_shift_x), y)) *
-        p->plane->turns_hi);
+        (p->rest * p->plane->turns_hi));
     *weight *= path_amplitude(p->path, x, y);
   }
 #endif
@@ -245,7 +247,7 @@ static inline realv column_turns(const Profiled* p, realv v) {
   if (p->path)
     turns += REAL_OF(path_rest(p->path, (floatv)(p->plane->window_shift_x),
                                window_y(p->plane, REAL_TO_FLOAT(v))) *
-                     p->plane->turns_hi);
+                     (p->rest * p->plane->turns_hi));
 #endif
   return turns;
 }

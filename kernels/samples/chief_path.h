@@ -24,6 +24,7 @@ typedef struct {
   int rank;  // number of the next source
   float nearest_image;
   float farthest_image;
+  float folded_image;  // where light near caustics shines from
 } PathCell;
 
 // The path of a sample from the window's centre to its source, and its derivatives.
@@ -36,6 +37,7 @@ typedef struct {
   bool first;     // nothing lies between
   float share;
   float area;      // |d (source, across the path) / d (tangents)|
+  bool turned;     // that determinant is negative
   float turn[4];   // d (tangents) / d (place on the window), the source held: xx, xy, yx, yy
   float bend[3];   // second derivatives of the path: xx, xy, yy, 1 / m
   float distance;  // of the virtual point along the ray
@@ -94,6 +96,7 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   const float determinant = moves[0][BY_TANGENT_X] * moves[1][BY_TANGENT_Y] -
                             moves[0][BY_TANGENT_Y] * moves[1][BY_TANGENT_X];
   chief->area = fabs(determinant);
+  chief->turned = determinant < 0.0f;
   // In a caustic, the path may turn any way; nothing finite is right there.
   const float scale = moves[0][BY_TANGENT_X] * moves[0][BY_TANGENT_X] +
                       moves[0][BY_TANGENT_Y] * moves[0][BY_TANGENT_Y] +
@@ -140,9 +143,11 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
 }
 
 #if RAYWAVE_VISIBILITY_PARTS > 0
-// Mask of the parts (i, j) of the window that see a path's source.
+// Mask of the parts (i, j) of the window that see a path's source. With a surface layer, any place
+// on it does.
 CALLED intv parts_that_see(const SceneArrays* scene, const Lattice* lattice,
-                           const Sequence* sequence, const ChiefPath* chief, intv i, intv j) {
+                           const Sequence* sequence, const ChiefPath* chief,
+                           const BundleLayer* surface_layer, intv i, intv j) {
   const floatv x = ((2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f) *
                    lattice->half_width,
                y = ((2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f) *
@@ -152,6 +157,12 @@ CALLED intv parts_that_see(const SceneArrays* scene, const Lattice* lattice,
              chief->tangent_y + chief->turn[2] * x + chief->turn[3] * y, LANES_INDEX >= 0, &f, 0);
   follow(scene, lattice, sequence, false, &f, 0);
   if (!LANES_ANY(f.found)) return f.found;
+  if (surface_layer) {
+    const Hits hits = meet_material(scene, surface_layer->material, lattice->layer_gap,
+                                    lattice->reach, false, &f);
+    return f.found & lies_on(scene, surface_layer, vector_along(f.place, f.direction, hits.t),
+                             hits.triangle, lattice->layer_gap);
+  }
   // From the last surface straight to the source, which the ray itself misses a little
   const float3 source = chief->source + lattice->bias * chief->face;
   const Vector way = vector_of(source.x - f.place.x, source.y - f.place.y, source.z - f.place.z);
@@ -167,19 +178,21 @@ CALLED intv parts_that_see(const SceneArrays* scene, const Lattice* lattice,
 #endif
 
 // Fills the visibility mask of a path, as look_around does; returns how many parts see it.
+//
+// surface_layer  where parts see any place on it (parts_that_see), else null
 CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Sequence* sequence,
-                      const ChiefPath* chief, uint* visibility) {
+                      const ChiefPath* chief, const BundleLayer* surface_layer, uint* visibility) {
   for (int w = 0; w < VISIBILITY_WORDS; ++w) visibility[w] = 0;
 #if RAYWAVE_VISIBILITY_PARTS == 0
-  (void)scene, (void)lattice, (void)sequence, (void)chief;
+  (void)scene, (void)lattice, (void)sequence, (void)chief, (void)surface_layer;
   return VISIBILITY_ALL;
 #else
   int seen = 0;
 #if SIXTEEN_TELL
   for (int first = 0; first < 16; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
-    const intv sees =
-        parts_that_see(scene, lattice, sequence, chief, part_of_16(a, b), part_of_16(b, a));
+    const intv sees = parts_that_see(scene, lattice, sequence, chief, surface_layer,
+                                     part_of_16(a, b), part_of_16(b, a));
     seen += lanes_sum(LANES_SELECT((intv)(0), (intv)(1), sees));
   }
   if (seen == 0) return 0;
@@ -192,8 +205,8 @@ CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Se
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
     const intv sees =
-        parts_that_see(scene, lattice, sequence, chief, part % RAYWAVE_VISIBILITY_PARTS,
-                       part / RAYWAVE_VISIBILITY_PARTS);
+        parts_that_see(scene, lattice, sequence, chief, surface_layer,
+                       part % RAYWAVE_VISIBILITY_PARTS, part / RAYWAVE_VISIBILITY_PARTS);
     seen += lanes_sum(LANES_SELECT((intv)(0), (intv)(1), sees));
     visibility[first / 32] |=
         (uint)lanes_sum(LANES_SELECT((intv)(0), (intv)(1) << (part % 32), sees));

@@ -81,12 +81,26 @@ static inline float fitted(__global const float* row, const float* values) {
   return sum;
 }
 
+// Newton's steps that aim a node's ray, at most; one unless they miss by a sixteenth of a cell
+#define PATH_STEPS 4
+// A place of the window sees a source brighter than its middle does by so much at most, or darker:
+// beyond, it is near a caustic
+#define MOST_BRIGHTER 8.0f
+#define MOST_DARKER 32.0f
+
+#define PATH_FITTED 0
+#define PATH_MISSED 1
+#define PATH_FOLDED 2
+
 // The rest of a path over the window, beyond that of its virtual point, and its amplitude. Each
-// node's ray is aimed by the chief path's derivatives and by one step of Newton's method. Where a
-// node has no path, what the chief path's curvature says stands for all; returns false then.
-CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
-                     const Sequence* sequence, const ChiefPath* chief, uint key, float own_light,
-                     bool shines, SamplePath* path) {
+// node's ray is aimed by the chief path's derivatives and by Newton's method. PATH_MISSED: a node
+// has no path, and what the chief path's curvature says stands for all. PATH_FOLDED: near a
+// caustic, where paths to the window cross or part, that says nothing either.
+//
+// path  that of a virtual point; unchanged where it has folded
+CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
+                    const Sequence* sequence, const ChiefPath* chief, uint key, float own_light,
+                    bool shines, SamplePath* path) {
   const float q =
       sqrt(1.0f + chief->tangent_x * chief->tangent_x + chief->tangent_y * chief->tangent_y);
   const float depth = chief->distance / q, image_x = chief->tangent_x * depth,
@@ -95,7 +109,8 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
   float3 e1, e2;
   across(vector_first(chief->toward), &e1, &e2);
   AtNodes at;
-  intv failed = LANES_INDEX < 0;
+  const float cell_area = lattice->step * lattice->step * chief->area;
+  intv missed = LANES_INDEX < 0, folded = missed;
   for (int first = 0; first < PATH_NODES; first += RAYWAVE_LANES) {
     const intv active = first + LANES_INDEX < PATH_NODES;
     const floatv x = LANES_LOAD(cell->fit + first) * lattice->half_width,
@@ -105,10 +120,13 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
     Followed f;
     Derivatives derivatives;
     floatv distance = 0.0f, miss_1 = 0.0f, miss_2 = 0.0f, determinant = 0.0f, by[4];
-    for (int round = 0; round < 2; ++round) {
+    for (int step = 0; step <= PATH_STEPS; ++step) {
+      if (step > 1 &&
+          !LANES_ANY(active & f.found & (miss_1 * miss_1 + miss_2 * miss_2 > 0x1p-8f * cell_area)))
+        break;
       const floatv inverse =
           1.0f / LANES_SELECT(determinant, (floatv)(1e-30f), determinant == 0.0f);
-      if (round > 0) {
+      if (step > 0) {
         tangent_x += (by[3] * miss_1 - by[1] * miss_2) * inverse;
         tangent_y += (by[0] * miss_2 - by[2] * miss_1) * inverse;
       }
@@ -118,10 +136,12 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
       miss_by_tangents(&f, &derivatives, chief, e1, e2, distance, by);
       determinant = by[0] * by[3] - by[1] * by[2];
     }
-    determinant = fabs(determinant);
-    failed |= active &
-              (!f.found | (distance <= 0.0f) |
-               (miss_1 * miss_1 + miss_2 * miss_2 > lattice->step * lattice->step * chief->area));
+    determinant = chief->turned ? -determinant : determinant;
+    missed |= active & (!f.found | (distance <= 0.0f));
+    folded |=
+        active & f.found &
+        ((miss_1 * miss_1 + miss_2 * miss_2 > cell_area) |
+         (determinant * MOST_BRIGHTER < chief->area) | (determinant > MOST_DARKER * chief->area));
 
     // Directions: those of the path's light, less those of the virtual point's
     const floatv per_q = 1.0f / sqrt(1.0f + tangent_x * tangent_x + tangent_y * tangent_y);
@@ -149,7 +169,7 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
       light *= light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)) / own_light;
     }
     const floatv wide = fmax(turned, (floatv)(0.0f)) / cosine * chief->area /
-                        fmax(determinant, 0.0625f * chief->area);
+                        fmax(determinant, chief->area / MOST_BRIGHTER);
     const floatv cube = per_q * per_q * per_q * (q * q * q);
     const floatv nearer = far / chief->distance;
     // The determinant's plane lies across the chief path, not across this one
@@ -160,16 +180,22 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
         sqrt(fmax(light, (floatv)(0.0f)) * wide * cube / fmax(along, (floatv)(1e-3f))) * nearer,
         at.amplitude + first);
   }
-  for (int term = 0; term < PATH_TERMS; ++term) path->rest[term] = 0.0f;
-  for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term) path->amplitude[term] = term == 0;
-  if (LANES_ANY(failed)) {
+  // The window sees an image from beyond half its distance to the scene through less of that than
+  // the window itself is wide; others may leave their mirror or glass since they turn too far.
+  const float ahead = lattice->near_z - lattice->centre_z, xx = 1.0f + ahead * chief->turn[0],
+              xy = ahead * chief->turn[1], yx = ahead * chief->turn[2],
+              yy = 1.0f + ahead * chief->turn[3];
+  const bool is_missed = LANES_ANY(missed);
+  if (LANES_ANY(folded) || (is_missed && xx * xx + xy * xy + yx * yx + yy * yy > 2.0f))
+    return PATH_FOLDED;
+  if (is_missed) {
     // The curvature of the wavefront, less that of the point's sphere
     const float wx = lattice->half_width, wy = lattice->half_height, rate = 1.0f / chief->distance,
                 dx = chief->tangent_x / q, dy = chief->tangent_y / q;
     path->rest[0] = 0.5f * (chief->bend[0] - rate * (1.0f - dx * dx)) * wx * wx;
     path->rest[1] = (chief->bend[1] + rate * dx * dy) * wx * wy;
     path->rest[2] = 0.5f * (chief->bend[2] - rate * (1.0f - dy * dy)) * wy * wy;
-    return false;
+    return PATH_MISSED;
   }
   for (int term = 0; term < PATH_TERMS; ++term) {
     __global const float* row = cell->fit + PATH_FIT_ROWS + 2 * PATH_NODES * term;
@@ -178,7 +204,7 @@ CALLED bool fit_path(const SceneArrays* scene, const Lattice* lattice, const Pat
   for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term)
     path->amplitude[term] =
         fitted(cell->fit + PATH_FIT_AMPLITUDE + PATH_NODES * term, at.amplitude);
-  return true;
+  return PATH_FITTED;
 }
 #endif
 

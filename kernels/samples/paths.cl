@@ -15,7 +15,7 @@
 //
 // All rays of a cell that meet the same sequence of surfaces are followed together, a packet of
 // RAYWAVE_LANES rays at a time. fit: path_layout.h. nearest_image, farthest_image: depths between
-// which virtual points are kept. OpenCL C 1.2.
+// which virtual points are kept. folded_image: the depth of those near caustics. OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
@@ -84,6 +84,14 @@ static inline Sample sample_of_path(const Lattice* lattice, const ChiefPath* chi
 }
 
 #if RAYWAVE_PATHS
+// Puts the virtual point of a path at a depth.
+static inline void shine_from(ChiefPath* chief, float depth) {
+  chief->distance = depth * sqrt(1.0f + chief->tangent_x * chief->tangent_x +
+                                 chief->tangent_y * chief->tangent_y);
+  chief->turn[0] = chief->turn[3] = -1.0f / depth;
+  chief->turn[1] = chief->turn[2] = 0.0f;
+}
+
 // Light of a path's source towards the path, highlights included; 0 where the material has none.
 static inline float own_light_of(const SceneArrays* scene, const Lattice* lattice,
                                  const BundleLayer* surface_layer, const ChiefPath* chief,
@@ -176,34 +184,43 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
   if (!is_found) return;
   const int kind = chief.first && free;
   uint visibility[VISIBILITY_WORDS];
-  const int parts_seen = look_along(scene, lattice, sequence, &chief, visibility);
+  int parts_seen = look_along(scene, lattice, sequence, &chief, 0, visibility);
+  if (parts_seen == 0 && !(RAYWAVE_PATHS && chief.first)) return;
+
+  SamplePath path;
+  path.source[0] = chief.source.x;
+  path.source[1] = chief.source.y;
+  path.source[2] = chief.source.z;
+  for (int term = 0; term < PATH_TERMS; ++term) path.rest[term] = 0.0f;
+  for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term) path.amplitude[term] = term == 0;
+#if RAYWAVE_PATHS
+  const float light = own_light_of(scene, lattice, surface_layer, &chief, keys[0]);
+  const bool shines = light > 0.0f;
+  const int fit = fit_path(scene, lattice, cell, sequence, &chief, keys[0], shines ? light : 1.0f,
+                           shines, &path);
+  if (fit == PATH_FOLDED) {
+    // A picture of what the window's centre sees, bright wherever a place of the window sees the
+    // surface layer at all. Places see its points as densely as the centre, so it is as bright
+    shine_from(&chief, cell->folded_image);
+    parts_seen = look_along(scene, lattice, sequence, &chief, surface_layer, visibility);
+  }
+#endif
   if (parts_seen == 0) return;
 
   Sample sample =
       sample_of_path(lattice, &chief, sums[kind][1] / (float)PARTS, keys[0], parts_seen);
-
+#if RAYWAVE_PATHS
+  // The polynomial of the amplitude holds how the source turns.
+  if (fit != PATH_MISSED) {
+    sample.tilt_x = sample.tilt_y = 0.0f;
+    sample.tilt_z = -1.0f;
+  }
+#endif
   const int slot = cell->count++;
   if (slot >= cell->slots) return;
   cell->hidden += sample.hidden;
   for (int w = 0; w < VISIBILITY_WORDS; ++w)
     cell->visibility_masks[slot * VISIBILITY_WORDS + w] = visibility[w];
-  SamplePath path;
-  path.source[0] = chief.source.x;
-  path.source[1] = chief.source.y;
-  path.source[2] = chief.source.z;
-#if RAYWAVE_PATHS
-  const float light = own_light_of(scene, lattice, surface_layer, &chief, sample.key);
-  const bool shines = light > 0.0f;
-  const float own_light = shines ? light : 1.0f;
-  // The polynomial of the amplitude holds how the source turns.
-  if (fit_path(scene, lattice, cell, sequence, &chief, sample.key, own_light, shines, &path)) {
-    sample.tilt_x = sample.tilt_y = 0.0f;
-    sample.tilt_z = -1.0f;
-  }
-#else
-  for (int term = 0; term < PATH_TERMS; ++term) path.rest[term] = 0.0f;
-  for (int term = 0; term < PATH_AMPLITUDE_TERMS; ++term) path.amplitude[term] = term == 0;
-#endif
   cell->samples[slot] = sample;
   cell->paths[slot] = path;
 }
@@ -229,7 +246,7 @@ CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice,
   uint visibility[VISIBILITY_WORDS];
   return find_chief(scene, lattice, cell, &bundle->sequence, surface_layer, x[lane], y[lane],
                     &chief) &&
-         look_along(scene, lattice, &bundle->sequence, &chief, visibility) > 0;
+         look_along(scene, lattice, &bundle->sequence, &chief, 0, visibility) > 0;
 }
 
 // Adds the bundles that go on from a surface layer to those that wait.
@@ -261,7 +278,7 @@ CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice,
 }
 
 __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
-                         float farthest_image, __global const float* fit,
+                         float farthest_image, float folded_image, __global const float* fit,
                          __global const int2* cells, int cell_count, int slots,
                          __global int2* counts, __global Sample* samples,
                          __global uint* visibility_masks, __global SamplePath* paths) {
@@ -280,7 +297,8 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
                    cells[number].x / lattice.nx,
                    cells[number].y,
                    nearest_image,
-                   farthest_image};
+                   farthest_image,
+                   folded_image};
   Bundle waiting[MOST_WAITING];
   waiting[0].sequence.length = 0;
   waiting[0].sequence.refracts = 0u;

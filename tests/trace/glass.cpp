@@ -53,7 +53,96 @@ Prism prism(double ior) {
   return p;
 }
 
+/// Radiance of what a rig's samples show, on the mean over a raster of the hologram's places, in
+/// rings of a plane: 1 for a card of radiance 1 that is seen directly. A sample's light leaves a
+/// place along the gradient of its wave's phase.
+std::vector<double> rings(const Rig& rig, double plane_m, const std::vector<double>& edges_m) {
+  const auto paths = rig.table.paths.read();
+  const auto& plan = rig.plan;
+  const int parts = rig.table.visibility_parts;
+  const auto half_m = plan.window_m() / 2.0 * std::max(1.0, plan.cone.half_width);
+  std::vector<double> light(edges_m.size() - 1);
+  for (std::size_t i = 0; i < rig.samples.size(); ++i) {
+    const auto& s = rig.samples[i];
+    if (s.path < 0) continue;
+    const auto v = place(s) + plan.extent.origin_m;
+    const auto& r = paths[s.path].rest;
+    const auto& a = paths[s.path].amplitude;
+    for (int part = 0; part < parts * parts; ++part) {
+      if (!rig.sees(i, part % parts, part / parts)) continue;
+      const auto w = (dvec2(part % parts, part / parts) + 0.5) / (parts / 2.0) - 1.0;
+      const auto way = v - dvec3(w * half_m, 0);
+      const double length = glm::length(way);
+      // Terms x^i y^j by total degree from 2 on, and by falling i
+      dvec2 slope(0);
+      for (int degree = 2, term = 0; degree <= 5; ++degree)
+        for (int j = 0; j <= degree; ++j, ++term)
+          slope +=
+              double{r[term]} *
+              dvec2(
+                  degree > j ? (degree - j) * std::pow(w.x, degree - j - 1) * std::pow(w.y, j) : 0,
+                  j > 0 ? j * std::pow(w.x, degree - j) * std::pow(w.y, j - 1) : 0);
+      const auto sines = dvec2(way) / length - slope / half_m;
+      const auto at = w * half_m + plane_m * sines / std::sqrt(1 - glm::dot(sines, sines));
+      const auto amplitude = (a[0] + a[1] * w.x + a[2] * w.y + a[3] * w.x * w.x + a[4] * w.x * w.y +
+                              a[5] * w.y * w.y) *
+                             s.weight / length;
+      const double turned = -(s.tilt_x * way.x + s.tilt_y * way.y) / way.z - s.tilt_z;
+      const auto ring =
+          std::upper_bound(edges_m.begin(), edges_m.end(), glm::length(at)) - edges_m.begin();
+      if (ring > 0 && ring < std::ssize(edges_m))
+        light[static_cast<std::size_t>(ring - 1)] += s.radiance * amplitude * amplitude * turned;
+    }
+  }
+  const double per_area =
+      std::pow(plan.lattice.full_z_m * plan.lattice.step * plane_m / parts, 2) / std::numbers::pi;
+  for (std::size_t i = 0; i < light.size(); ++i)
+    light[i] *= per_area / (edges_m[i + 1] * edges_m[i + 1] - edges_m[i] * edges_m[i]);
+  return light;
+}
+
 }  // namespace
+
+DEVICE_TEST("a card behind a glass ball looks as bright as Fresnel says, near its focus too") {
+  // Each of two surfaces lets 1 - ((n - 1) / (n + 1))^2 through; the focus is 0.565 mm behind
+  const double through = std::pow(1 - std::pow(0.515 / 2.515, 2), 2);
+  struct Case {
+    double behind_m;
+    int pixels;
+    double most;              // relative error of a ring
+    Bounces as;               // what "auto" takes
+    bool folds, is_strained;  // what plans say of it
+  };
+  for (const auto& c : {Case{0.25 * mm, 192, 0.08, Bounces::paths, true, false},
+                        Case{0.565 * mm, 192, 0.08, Bounces::paths, true, false},
+                        Case{0.8 * mm, 192, 0.3, Bounces::paths, false, true},
+                        Case{1.8 * mm, 384, 0.03, Bounces::paths, false, false},
+                        Case{4 * mm, 192, 0.03, Bounces::points, false, false}}) {
+    auto stage = bench(Bounces::automatic);
+    stage.scene.hologram = {{c.pixels, c.pixels}, {3.74 * um, 3.74 * um}, 638e-9};
+    stage.add(sphere({0, 0, 24 * mm}, 1.2 * mm, 120), glass(1.515))
+        .add(rectangle({0, 0, 25.2 * mm + c.behind_m}, {2 * mm, 0, 0}, {0, 2 * mm, 0}), glowing());
+    const auto worst = [&](const Rig& rig) {
+      double error = 0;
+      for (const double seen : rings(rig, 24 * mm, {0, 0.2 * mm, 0.4 * mm, 0.6 * mm}))
+        error = std::max(error, std::abs(seen / through - 1));
+      return error;
+    };
+    const Rig rig(device, stage, Method::points, false);
+    stage.scene.trace.bounces = Bounces::points;
+    const double wrong = worst(rig), of_points = worst(Rig(device, stage, Method::points, false));
+    const auto& images = rig.plan.specular.images;
+    CAPTURE(c.behind_m, c.pixels, wrong, of_points, images.points_error, images.paths_error,
+            images.folded, images.folded_m);
+    CHECK(rig.plan.specular.as == c.as);
+    CHECK(wrong < c.most);
+    CHECK((images.folded > 0.05) == c.folds);
+    if (c.is_strained) CHECK(images.paths_error > 0.03);
+    // Virtual points are farther off, and plans say by how much
+    if (c.as == Bounces::paths) CHECK(of_points > std::max(1.3 * wrong, 0.03));
+    CHECK(of_points < 3 * images.points_error);
+  }
+}
 
 DEVICE_TEST("glass passes what Fresnel's formulas and its attenuation leave") {
   auto clear = glass(1.5), grey = glass(1.5);
