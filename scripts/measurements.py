@@ -323,3 +323,13 @@ def tiles(seen):
         yield [f"{side} x {side}", *(cell for padding in PADDINGS[::2] for cell in (
             seen[side, padding, "error"]["relative_error"],
             seen[side, padding]["plan"]["propagation_error"]))]
+
+
+@table("accuracy", [*FIELDS, "host/evaluate/selftest", "host/reference"], """
+| extreme | carrier | relative L2 | of the bound |
+|---|---|---|---|
+| {} | {} | {:.1e} | {:.2g} % |""", {"selftest": "raywave selftest"})
+def extremes(seen):
+    for row in seen["selftest"]["extremes"]:
+        yield (row["extreme"], row["carrier"], row["measured"],
+               100 * row["measured"] / row["bound"])
