@@ -9,10 +9,8 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
-#include "host/plan/footprint.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/planning/tiles.hpp"
-#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
@@ -20,17 +18,8 @@ namespace {
 /// Share of the memory that a plan may take before its surface samples are known.
 constexpr double share_without_samples = 7.0 / 8;
 
-/// Of the profiles of a sample on virtual planes, about, and of all that a processor makes together.
-constexpr double bytes_of_nodes = 250, most_node_bytes = 4 << 20;
-
-/// Of the profiles of samples that are gathered together, about.
-constexpr double most_profile_bytes = 128 << 20;
-
 /// Arrays grow by an eighth more than is needed.
 constexpr double grown = 9.0 / 8;
-
-/// Of the lists of bins that a sample lights on virtual planes, about.
-constexpr double bytes_of_bins = 100;
 
 std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
 std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
@@ -63,24 +52,6 @@ void add_pictures(const Plan& plan, const std::string& advice, std::vector<Memor
       {"light of the pictures", bytes(8, pixels + planes) + bytes(14, largest), advice});
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});
-}
-
-/// Of the profiles of a sample near WRPs.
-double bytes_of_profiles(const Plan& plan) {
-  double most = 0;
-  for (const auto& layer : plan.layers) {
-    for (const double z_m : {plan.extent.near_m, plan.extent.far_m}) {
-      double pixels = 0;
-      bool is_near = false;
-      for (int axis = 0; axis < 2; ++axis) {
-        const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
-        pixels += 2 * footprint.reach_m() / plan.hologram.pitch_m[axis] + 5;
-        is_near |= footprint.is_near();
-      }
-      if (is_near) most = std::max(most, 8 * pixels);
-    }
-  }
-  return most;
 }
 
 /// What more tiles do not make less: the scene's triangles and samples, what is returned, and
@@ -176,23 +147,13 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
 }
 
 double bytes_of_samples(const Plan& plan, double samples) {
-  const auto frames = static_cast<double>(plan.hologram.frames);
-  double each = static_cast<double>(bytes_of_found(plan)) + 8 * frames;
-  // Footprints, what a tile sees of a sample, and the bins that it lights; or its projections
-  if (plan.virtual_planes())
-    each += sizeof(device::CompactFootprint) +
-            4.0 * COMPACT_SEEN * (plan.precision == Precision::doubles ? 2 : 1) + bytes_of_bins;
-  else
-    each += sizeof(device::ProjectedSample) + 16;
-  double bytes = grown * each * samples;
-  if (plan.virtual_planes())
-    bytes += std::min(grown * samples * bytes_of_nodes, grown * most_node_bytes);
-  if (!plan.virtual_planes())
-    bytes += std::min(grown * samples * bytes_of_profiles(plan), most_profile_bytes);
+  const double frames = plan.hologram.frames;
+  double bytes = samples * (static_cast<double>(bytes_of_found(plan)) + 8 * frames) +
+                 gathering_bytes(plan, samples);
   if (plan.refine && refines_samples(plan))
     bytes += 4 * std::pow(std::max(plan.samples.visibility_parts, 8), 2) *
              std::min(samples, 1.0 * most_lit_together);
-  return bytes;
+  return grown * bytes;
 }
 
 std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,

@@ -23,7 +23,8 @@ Scene unseen_scene(const std::string& file, std::vector<std::string> more) {
 }
 
 TEST_CASE(
-    "of scenes that no fit has seen, PSNR is predicted within 2 dB, refined towards a lens 2.5, and "
+    "of scenes that no fit has seen, PSNR is predicted within 2 dB, refined towards a lens 2.5, "
+    "and "
     "memory within a factor of 1.2") {
   const std::vector<std::pair<std::string, std::vector<std::string>>> scenes{
       {"teapot.toml", {"object.0.width=3 mm", "object.0.rotation=[10, -40, 0]"}},

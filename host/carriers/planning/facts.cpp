@@ -37,6 +37,11 @@ void add_transform_memory(const Plan& plan, FftBackend fft, MemoryNeeds& needs) 
              plan.carrier);
 }
 
+double gathering_bytes(const Plan& plan, double samples) {
+  return std::visit([&](const auto& carrier) { return gathering_bytes(carrier, plan, samples); },
+                    plan.carrier);
+}
+
 std::vector<std::pair<std::string, std::string>> report_rows(const Plan& plan) {
   return std::visit([&](const auto& carrier) { return report_rows(carrier, plan); }, plan.carrier);
 }

@@ -32,6 +32,9 @@ double propagation_error_of(const Plan& plan);
 /// Adds what the transforms take, beside the planes that are gathered on.
 void add_transform_memory(const Plan& plan, FftBackend fft, MemoryNeeds& needs);
 
+/// Bytes on the device, about, that gathering the light of so many samples takes beside them.
+double gathering_bytes(const Plan& plan, double samples);
+
 /// Rows for `raywave plan`: a name, and what the planes and their errors are.
 std::vector<std::pair<std::string, std::string>> report_rows(const Plan& plan);
 

@@ -7,6 +7,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/geometry/shared_types.hpp"
 #include "host/plan/memory.hpp"
 
 namespace raywave {
@@ -17,6 +18,9 @@ inline glm::ivec2 transformed_size(const AtHologram&, const Plan& plan) {
 inline double transform_operations(const AtHologram&, const Plan&, FftBackend) { return 0; }
 inline double propagation_error_of(const AtHologram&, const Plan&) { return 0; }
 inline void add_transform_memory(const AtHologram&, const Plan&, FftBackend, MemoryNeeds&) {}
+inline double gathering_bytes(const AtHologram&, const Plan&, double samples) {
+  return (sizeof(device::ProjectedSample) + 16) * samples;
+}
 inline std::vector<std::pair<std::string, std::string>> report_rows(const AtHologram&,
                                                                     const Plan&) {
   return {};

@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/carriers/virtual_planes/planning/facts.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <nlohmann/json.hpp>
 
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 
@@ -30,6 +33,15 @@ void add_transform_memory(const VirtualPlanes& planes, const Plan&, FftBackend f
   if (fft != FftBackend::host) needs.device.push_back({"virtual plane", bytes, advice_for_planes});
   if (fft == FftBackend::clfft)
     needs.device.push_back({"work space of the transform", bytes, advice_for_planes});
+}
+
+/// Footprints, what a tile sees of a sample, lists of the bins that it lights (about), and profiles
+/// (about; as many as a processor makes together).
+double gathering_bytes(const VirtualPlanes&, const Plan& plan, double samples) {
+  constexpr double bins = 100, profiles = 250, most_profiles = 4 << 20;
+  const double seen = 4.0 * COMPACT_SEEN * (plan.precision == Precision::doubles ? 2 : 1);
+  return samples * (sizeof(device::CompactFootprint) + seen + bins) +
+         std::min(samples * profiles, most_profiles);
 }
 
 std::vector<std::pair<std::string, std::string>> report_rows(const VirtualPlanes& planes,

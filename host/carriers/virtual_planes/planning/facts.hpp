@@ -16,6 +16,7 @@ double transform_operations(const VirtualPlanes& carrier, const Plan& plan, FftB
 double propagation_error_of(const VirtualPlanes& carrier, const Plan& plan);
 void add_transform_memory(const VirtualPlanes& carrier, const Plan& plan, FftBackend fft,
                           MemoryNeeds& needs);
+double gathering_bytes(const VirtualPlanes& carrier, const Plan& plan, double samples);
 std::vector<std::pair<std::string, std::string>> report_rows(const VirtualPlanes& carrier,
                                                              const Plan& plan);
 nlohmann::ordered_json report_json(const VirtualPlanes& carrier);

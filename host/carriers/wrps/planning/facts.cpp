@@ -7,6 +7,8 @@
 
 #include "host/carriers/wrps/planning/padding_errors.hpp"
 #include "host/common/text.hpp"
+#include "host/geometry/shared_types.hpp"
+#include "host/plan/footprint.hpp"
 
 namespace raywave {
 namespace {
@@ -61,6 +63,26 @@ void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend
   if (fft == FftBackend::clfft)
     needs.device.push_back(
         {"work space of the transform", 8 * area(wrps.padded), advice_for_planes});
+}
+
+/// Projections, and the profiles of plane-wave samples: as wide as the widest footprint.
+double gathering_bytes(const SpectrumWrps&, const Plan& plan, double samples) {
+  constexpr double most_profiles = 128 << 20;
+  double profiles = 0;
+  for (const auto& layer : plan.layers) {
+    for (const double z_m : {plan.extent.near_m, plan.extent.far_m}) {
+      double pixels = 0;
+      bool is_near = false;
+      for (int axis = 0; axis < 2; ++axis) {
+        const auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
+        pixels += 2 * footprint.reach_m() / plan.hologram.pitch_m[axis] + 5;
+        is_near |= footprint.is_near();
+      }
+      if (is_near) profiles = std::max(profiles, 8 * pixels);
+    }
+  }
+  return samples * (sizeof(device::ProjectedSample) + 16) +
+         std::min(samples * profiles, most_profiles);
 }
 
 std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps& wrps,

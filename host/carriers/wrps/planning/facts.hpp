@@ -17,6 +17,7 @@ double transform_operations(const SpectrumWrps& carrier, const Plan& plan, FftBa
 double propagation_error_of(const SpectrumWrps& carrier, const Plan& plan);
 void add_transform_memory(const SpectrumWrps& carrier, const Plan& plan, FftBackend fft,
                           MemoryNeeds& needs);
+double gathering_bytes(const SpectrumWrps& carrier, const Plan& plan, double samples);
 std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps& carrier,
                                                              const Plan& plan);
 nlohmann::ordered_json report_json(const SpectrumWrps& carrier);
