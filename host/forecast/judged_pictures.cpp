@@ -84,8 +84,8 @@ PictureWindow quality_window(const Plan& plan, const FrontView& view, double blu
   const auto margin_m =
       margin_in_blurs * blur_m + double(picture_border_px) * plan.hologram.pitch_m;
   window = {window.low_m - margin_m, window.high_m + margin_m};
-  // Where the scene goes on beyond the lattice its light is not sampled: only what the WRPs cover is
-  // judged, as sharp as it is
+  // Where the scene goes on beyond the lattice its light is not sampled: only what the WRPs cover
+  // is judged, as sharp as it is
   double nearest_m = infinity;
   for (const double z_m : depths_m) nearest_m = std::min(nearest_m, std::abs(z_m - view.eye_z_m));
   const auto covered_m = glm::dvec2(view.size) * view.step * nearest_m;

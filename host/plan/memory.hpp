@@ -58,8 +58,8 @@ inline constexpr std::size_t level_buffers = 2;
 /// Samples whose light by parts of the window is made together.
 inline constexpr std::size_t most_lit_together = 1 << 16;
 
-/// Samples that a cell of the lattice has room for at first, and the most memory for the cells whose
-/// samples are found together.
+/// Samples that a cell of the lattice has room for at first, and the most memory for the cells
+/// whose samples are found together.
 inline constexpr int slots_of_cell = 4;
 inline constexpr std::uint64_t most_band_bytes = std::uint64_t{64} << 20;
 

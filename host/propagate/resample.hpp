@@ -16,10 +16,10 @@ struct PointGrid {
   glm::dvec2 centre_m{0, 0};
 };
 
-/// The source's own pitch and size take one propagation, as it is. For others, the field is taken on
-/// four grids of the source's pitch, half a pitch apart, whose samples hold twice its band, and a
-/// sinc with a Kaiser window interpolates. The grids reach beyond the points by half of the sinc, so
-/// that no edge of a window counts. Points farther apart than a window of the source's size are
+/// The source's own pitch and size take one propagation, as it is. For others, the field is taken
+/// on four grids of the source's pitch, half a pitch apart, whose samples hold twice its band, and
+/// a sinc with a Kaiser window interpolates. The grids reach beyond the points by half of the sinc,
+/// so that no edge of a window counts. Points farther apart than a window of the source's size are
 /// covered by several windows, side by side.
 ///
 /// accuracy  relative L2 error of the interpolation, measured: 3e-11

@@ -189,8 +189,8 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   }
 }
 
-/// Unmeasured rows that differ from row `first` only in the number of frames, sorted by it, and that
-/// one rendering serves.
+/// Unmeasured rows that differ from row `first` only in the number of frames, sorted by it, and
+/// that one rendering serves.
 std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
   // Frames are refined as a set: some of them show less than as many on their own
   if (trade_.rows[first].knobs.iterations > 0) return {first};

@@ -91,8 +91,8 @@ struct TradeRow {
 };
 
 /// Seconds of samples, trace, propagate, refine and encode together: the stages that knobs change
-/// and plans predict. On CPUs, processor seconds divided by the compute units, so that other programs hardly
-/// count; on other devices, wall-clock seconds.
+/// and plans predict. On CPUs, processor seconds divided by the compute units, so that other
+/// programs hardly count; on other devices, wall-clock seconds.
 double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {

@@ -27,8 +27,9 @@ struct PropagateOptions {
 /// throws      InputError when no frequency survives the band limit; the message gives the largest
 ///             usable shift
 /// accuracy    relative L2 error <= 6e-7 against direct summation for fields inside window and band
-///             (docs/accuracy.md); 3e-7 at points of another pitch (in double precision 3e-8), which
-///             take four propagations for each window of the field's size that they spread over
+///             (docs/accuracy.md); 3e-7 at points of another pitch (in double precision 3e-8),
+///             which take four propagations for each window of the field's size that they spread
+///             over
 /// source      Matsushima, Opt. Express 18, 18453 (2010)
 RAYWAVE_API Field propagate(const FieldView& field, const Pixels& pixels, double distance_m,
                             const PropagateOptions& options = {});

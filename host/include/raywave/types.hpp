@@ -47,8 +47,8 @@ Value choice_of(std::string_view name, std::string_view what) {
 using Vec2 = std::array<double, 2>;  // x right, y up
 using Vec3 = std::array<double, 3>;
 
-// Planes of ny rows of nx values, one after the other: `values` of all, in the order of their sizes.
-// Views are the same in memory of the caller's, which must stay until the call returns.
+// Planes of ny rows of nx values, one after the other: `values` of all, in the order of their
+// sizes. Views are the same in memory of the caller's, which must stay until the call returns.
 
 template <class Sample>
 struct BasicFieldView {
@@ -73,8 +73,8 @@ struct BasicField {
 using Field = BasicField<float>;
 using FieldDouble = BasicField<double>;
 
-/// Linear values. In colour, red, green and blue of each pixel lie side by side, in linear sRGB, and
-/// channels is 3.
+/// Linear values. In colour, red, green and blue of each pixel lie side by side, in linear sRGB,
+/// and channels is 3.
 struct PictureView {
   int nx = 0, ny = 0, channels = 1;
   const float* values = nullptr;
