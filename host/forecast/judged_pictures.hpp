@@ -35,8 +35,8 @@ struct PictureWindow {
 };
 
 /// The rectangle around what a lens sees, at all quality_depths_m, with a margin of 4 blurs and the
-/// border; no farther than the lattice, where the scene goes on beyond it. Around the axis and as large
-/// as what WRPs cover where all is dark, and where surfaces lie near the hologram.
+/// border; no farther than the lattice, where the scene goes on beyond it. Around the axis and as
+/// large as what WRPs cover where all is dark, and where surfaces lie near the hologram.
 ///
 /// blur_m  standard deviation
 PictureWindow quality_window(const Plan& plan, const FrontView& view, double blur_m);

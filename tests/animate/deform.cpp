@@ -134,8 +134,9 @@ DEVICE_TEST(
                    off_placed = relative_l2(shown.field.samples, placed.field.samples);
       CAPTURE(picture, glass, off, off_placed);
       CHECK(shown.samples > 300);
-      // Measured up to 1.3e-4, and in glass 0.013, of another pose 0.044, where rays that pass an
-      // edge within rounding, and paths at a caustic, decide. Surfaces that pass through each other show other sides to other trees
+      // Measured up to 1.3e-4; in glass 0.013, and 0.044 of another pose, where rays that pass an
+      // edge within rounding, and paths at a caustic, decide. Surfaces that pass through each other
+      // show other sides to other trees
       CHECK(off <= 0.02);
       CHECK(off_placed <= (mesh == std::string("mixed.obj") ? 0.5 : glass ? 0.06 : 0.02));
     }
