@@ -86,7 +86,7 @@ Opened open(const DeviceOptions& on) {
 
 raywave::Goal goal_of(const Goal& goal) {
   raywave::Goal result;
-  if (goal.preset) result.preset = preset_of(name_of(*goal.preset));
+  result.preset = goal.preset;
   if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
     throw InputError("budget: must be > 0 seconds, got " + number_text(*goal.budget_s));
   if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))

@@ -120,8 +120,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
     const auto& first = lasers[0];
     std::printf("%d x %d pixels, %d %s%s, by %s\n", first.field.nx, first.field.ny,
                 first.field.frames, first.field.frames == 1 ? "frame" : "frames",
-                powers.empty() ? "" : " of each laser",
-                name_of(first.panel->slm().encoding).c_str());
+                powers.empty() ? "" : " of each laser", name_of(first.panel->slm().encoding));
     for (std::size_t i = 0; i < powers.size(); ++i)
       std::printf("%s: power %.3f\n", length_text(lasers[i].spec.wavelength_m).c_str(), powers[i]);
     out.print();

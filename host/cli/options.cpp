@@ -142,8 +142,7 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
 
 void GoalOptions::add_preset_to(CLI::App& command) {
   command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
-      ->type_name(choices(std::array{name_of(Preset::draft), name_of(Preset::balanced),
-                                     name_of(Preset::accurate), name_of(Preset::reference)}))
+      ->type_name(choices(names_of(Preset{})))
       ->group(group::plan);
 }
 
@@ -169,7 +168,7 @@ void GoalOptions::add_to(CLI::App& command) {
 
 Goal GoalOptions::goal() const {
   Goal goal;
-  if (!preset.empty()) goal.preset = preset_of(preset);
+  if (!preset.empty()) goal.preset = choice_of<Preset>(preset, "preset");
   if (!budget.empty()) goal.budget_s = given_duration_s(budget, "--budget");
   if (psnr_db) {
     // No range refuses it.

@@ -108,7 +108,7 @@ std::shared_ptr<const Panel> panel_of(const SlmSpec& slm, const HologramSpec& ho
 
 void require_phases(const SlmSpec& slm) {
   if (shows_amplitude(slm.encoding))
-    throw InputError("slm.encoding = \"" + name_of(slm.encoding) +
+    throw InputError(std::string("slm.encoding = \"") + name_of(slm.encoding) +
                      "\": refine changes phases; give an SLM of phase, encoding = \"phase\"");
 }
 

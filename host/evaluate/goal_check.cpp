@@ -140,7 +140,8 @@ GoalCheck goal_of_json(const Json& json) {
   take("budget_s", check.goal.budget_s);
   take("rate_per_s", check.goal.rate_per_s);
   take("predicted_psnr_db", check.predicted_db);
-  if (json.contains("preset")) check.goal.preset = preset_of(json.at("preset").get<std::string>());
+  if (json.contains("preset"))
+    check.goal.preset = choice_of<Preset>(json.at("preset").get<std::string>(), "preset");
   const auto& window = json.at("window_m");
   for (int axis = 0; axis < 2; ++axis) {
     check.window.low_m[axis] = window.at("low").at(static_cast<std::size_t>(axis)).get<double>();

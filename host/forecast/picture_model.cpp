@@ -47,9 +47,9 @@ constexpr double stop_factor = 0.14;
 /// What an encoding adds to the light of the field: a haze about the picture, and grain where it
 /// interferes with the picture. Mean squares over that of the picture, fitted like the others.
 /// Phases alone light all parts of the hologram evenly, also those that do not see an object: what
-/// the others see becomes too bright. `uneven` is the mean square over that of the missing light.
+/// the others see becomes too bright. `uneven` is the mean square over that of the missing light,
+/// `copies` that of copies of the picture around the band's corners, over that of the picture.
 struct EncodingNoise {
-  /// `copies` is the square of the brightness of copies of the picture around the band's corners.
   double haze = 0, grain = 0, uneven = 0, copies = 0;
 };
 

@@ -377,19 +377,6 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
 
 }  // namespace
 
-Preset preset_of(const std::string& name) {
-  for (const auto preset : {Preset::draft, Preset::balanced, Preset::accurate, Preset::reference}) {
-    if (name == name_of(preset)) return preset;
-  }
-  throw InputError("preset " + in_quotes(name) +
-                   ": unknown; there are draft, balanced, accurate and reference");
-}
-
-const char* name_of(Preset preset) {
-  constexpr const char* names[] = {"draft", "balanced", "accurate", "reference"};
-  return names[static_cast<std::size_t>(preset)];
-}
-
 double largest_cone_error(const Goal& goal) {
   return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
 }

@@ -8,19 +8,12 @@
 #include <string>
 #include <vector>
 
+#include "host/common/choices.hpp"
 #include "host/forecast/candidates.hpp"
 #include "host/forecast/slm_light.hpp"
 #include "host/planning/memory_needs.hpp"
 
 namespace raywave {
-
-/// Points on a scene's curve of accuracy against time.
-enum class Preset { draft, balanced, accurate, reference };
-
-/// "draft", "balanced", "accurate", "reference"
-/// throws  InputError for anything else
-Preset preset_of(const std::string& name);
-const char* name_of(Preset preset);
 
 /// What the user aims at. At most one; none: whatever the scene leaves open keeps its default.
 struct Goal {

@@ -63,6 +63,11 @@ inline constexpr std::size_t most_lit_together = 1 << 16;
 inline constexpr int slots_of_cell = 4;
 inline constexpr std::uint64_t most_band_bytes = std::uint64_t{64} << 20;
 
+/// The most memory for profiles of samples that are gathered together; on processors over virtual
+/// planes, so little that it stays in the cache between the kernels.
+inline constexpr std::uint64_t most_profile_bytes = std::uint64_t{128} << 20,
+                               most_cached_profile_bytes = std::uint64_t{4} << 20;
+
 /// Frames whose fields are held at the same time: as many as share one gathering and fit into half
 /// a gigabyte, one WRP's into one buffer.
 int frames_together(const Plan& plan, std::uint64_t largest_buffer_bytes);

@@ -80,9 +80,4 @@ Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, 
   return best;
 }
 
-const char* name_of(Precision precision) {
-  constexpr const char* names[] = {"float", "double"};
-  return names[static_cast<std::size_t>(precision)];
-}
-
 }  // namespace raywave

@@ -34,7 +34,4 @@ inline double phase_error_turns(const Plan& plan) {
 /// has_doubles  whether the device can compute in doubles
 Precision choose_precision(const AccuracySpec& spec, const PhaseErrors& errors, bool has_doubles);
 
-/// "float", "double"
-const char* name_of(Precision precision);
-
 }  // namespace raywave

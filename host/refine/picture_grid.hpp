@@ -23,8 +23,9 @@ struct Optics {
   glm::ivec2 size{1, 1};  // pixels
   glm::dvec2 pitch_m{1, 1};
   double wavelength_m = 1;
-  double blur_m = 0;      // standard deviation of the Gaussian that pictures are compared after
-  double padding = 1.25;  // padding of the Fresnel propagation; the exact one has exact_padding
+  double blur_m = 0;  // standard deviation of the Gaussian that pictures are compared after
+  double padding =
+      refine_padding;  // padding of the Fresnel propagation; the exact one has exact_padding
   static constexpr double exact_padding = 2;
 };
 

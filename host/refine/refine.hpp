@@ -19,6 +19,7 @@
 
 #include "cl/fft.hpp"
 #include "host/common/npy.hpp"
+#include "host/plan/key_places.hpp"
 #include "host/refine/picture_grid.hpp"
 
 namespace raywave {
@@ -36,8 +37,8 @@ struct RefineSpec {
   std::optional<double> budget_s;
   // Light wanted in the pictures, relative to what the start has there
   double brightness = 1;
-  double padding = 1.25;   // padding of the Fresnel propagation
-  std::uint32_t seed = 1;  // seed of the order in which rounds are drawn
+  double padding = refine_padding;  // padding of the Fresnel propagation
+  std::uint32_t seed = 1;           // seed of the order in which rounds are drawn
   // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
   // often as Key::times asks for
   bool in_order = false;

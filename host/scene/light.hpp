@@ -11,6 +11,9 @@
 namespace raywave {
 
 enum class LightType { ambient, directional, point, spot, area, environment };
+constexpr auto names_of(LightType) {
+  return std::array{"ambient", "directional", "point", "spot", "area", "environment"};
+}
 
 struct Light {
   LightType type = LightType::directional;

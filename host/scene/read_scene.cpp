@@ -212,9 +212,7 @@ void keys_of(HologramSpec& spec, const Keys& key) {
 }
 
 void keys_of(WrpSpec& spec, const Keys& key) {
-  key(choice(
-      "propagation", spec.propagation,
-      named({WrpPropagation::automatic, WrpPropagation::spectrum, WrpPropagation::compact})));
+  key(choice("propagation", spec.propagation));
   key(setting("grid", spec.grid, [](const Value& v) { return v.integers(1024); }).or_auto());
   key(lengths("distance", spec.distances_m, kAnyPosition, kMostLayers)
           .and_then([&](const Value& v) {
@@ -236,7 +234,7 @@ void keys_of(WrpSpec& spec, const Keys& key) {
 }
 
 void keys_of(SamplingSpec& spec, const Keys& key) {
-  key(choice("mode", spec.mode, {{"aimed", SamplingMode::aimed}, {"fan", SamplingMode::fan}}));
+  key(choice("mode", spec.mode));
   key(length("pitch", spec.pitch_m, between(1e-9, 1)).or_auto());
   key(number("cone", spec.cone, between(0.01, 4)).or_auto());
   key(number("apodization", spec.apodization, between(0, 4))
@@ -256,8 +254,7 @@ void keys_of(SamplingSpec& spec, const Keys& key) {
 
 void keys_of(TraceSpec& spec, const Keys& key) {
   key(whole("depth", spec.depth, 0, TraceSpec::most_depth).or_auto());
-  key(choice("bounces", spec.bounces,
-             named({Bounces::automatic, Bounces::points, Bounces::paths})));
+  key(choice("bounces", spec.bounces));
   key(flag("shadows", spec.shadows));
 }
 
@@ -290,24 +287,16 @@ void keys_of(RefineSettings& spec, const Keys& key) {
   key(lengths("depths", spec.depths_m, between(1e-9, 1e4), 100));
   key(length("blur", spec.blur_m, between(1e-9, 1)).or_auto());
   key(whole("lens_points", spec.lens_points, 2, RefineSettings::most_lens_points));
-  key(choice("targets", spec.targets,
-             named({RefineTargets::automatic, RefineTargets::samples, RefineTargets::lens})));
+  key(choice("targets", spec.targets));
 }
 
 void keys_of(Light& light, const Keys& key) {
-  key(choice("type", light.type,
-             {{"ambient", LightType::ambient},
-              {"directional", LightType::directional},
-              {"point", LightType::point},
-              {"spot", LightType::spot},
-              {"area", LightType::area},
-              {"environment", LightType::environment}})
-          .and_then([&](auto&) {
-            light.highlights = light.type != LightType::environment;
-            light.samples = light.type == LightType::environment ? 64
-                            : light.type == LightType::area      ? 16
-                                                                 : 1;
-          }));
+  key(choice("type", light.type).and_then([&](auto&) {
+    light.highlights = light.type != LightType::environment;
+    light.samples = light.type == LightType::environment ? 64
+                    : light.type == LightType::area      ? 16
+                                                         : 1;
+  }));
   const bool is_spot = light.type == LightType::spot, is_area = light.type == LightType::area;
   key(number("intensity", light.intensity, at_least(0)));
   if (light.type != LightType::ambient) key(flag("highlights", light.highlights));
@@ -393,10 +382,9 @@ void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
           .and_then([&](const Value& v) {
             if (object.width_m) v.fail("left out where width is given");
           }));
-  key(choice("anchor", object.anchor, {{"centre", Anchor::centre}, {"origin", Anchor::origin}}));
+  key(choice("anchor", object.anchor));
   key(length("cut", object.cut_m, between(1e-9, 1e4)).told_if(object.cut_m > 0));
-  key(choice("normals", object.normals,
-             {{"file", Normals::file}, {"smooth", Normals::smooth}, {"flat", Normals::flat}}));
+  key(choice("normals", object.normals));
 }
 
 namespace {

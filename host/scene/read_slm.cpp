@@ -161,7 +161,7 @@ glm::dvec2 read_carrier(const Value& v) {
 }  // namespace
 
 void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) {
-  key(choice("encoding", slm.encoding, Names<Encoding>(encodings.begin(), encodings.end())));
+  key(choice("encoding", slm.encoding));
   key(number("clip", slm.clip, between(0.01, 1)));
   key(setting("band", slm.band, share_of));
   key(whole("bits", slm.bits, 1, 64).and_then([&](const Value& v) {

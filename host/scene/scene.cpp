@@ -39,21 +39,6 @@ bool Spectrum::is_positive() const {
                      [](const auto& entry) { return entry.second > 0; });
 }
 
-const char* name_of(WrpPropagation propagation) {
-  constexpr const char* names[] = {"auto", "spectrum", "compact"};
-  return names[static_cast<std::size_t>(propagation)];
-}
-
-const char* name_of(Bounces bounces) {
-  constexpr const char* names[] = {"auto", "points", "paths"};
-  return names[static_cast<std::size_t>(bounces)];
-}
-
-const char* name_of(RefineTargets targets) {
-  constexpr const char* names[] = {"auto", "samples", "lens"};
-  return names[static_cast<std::size_t>(targets)];
-}
-
 double depth_of_dioptres(const ViewerSpec& viewer, double dioptres) {
   if (!viewer.eyepiece_m)
     throw InputError(

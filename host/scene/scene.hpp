@@ -20,6 +20,7 @@
 #include <utility>
 #include <vector>
 
+#include "host/common/choices.hpp"
 #include "host/common/colour.hpp"
 #include "host/scene/animation.hpp"
 #include "host/scene/light.hpp"
@@ -84,7 +85,7 @@ struct HologramSpec {
 /// How light travels from the samples to the hologram: over WRPs and by the shifted angular
 /// spectrum, or over virtual planes one Fourier transform away; `automatic`: planning chooses.
 enum class WrpPropagation { automatic, spectrum, compact };
-const char* name_of(WrpPropagation propagation);
+constexpr auto names_of(WrpPropagation) { return std::array{"auto", "spectrum", "compact"}; }
 
 struct WrpSpec {
   WrpPropagation propagation = WrpPropagation::automatic;
@@ -101,6 +102,7 @@ struct WrpSpec {
 
 /// How a WRP pixel gathers light: rays aimed at the surface samples, or the paper's fan of rays.
 enum class SamplingMode { aimed, fan };
+constexpr auto names_of(SamplingMode) { return std::array{"aimed", "fan"}; }
 
 struct SamplingSpec {
   SamplingMode mode = SamplingMode::aimed;
@@ -122,7 +124,7 @@ struct SamplingSpec {
 /// sample at a virtual point, as the hologram's centre sees it (`points`), or a sample whose path
 /// is followed all over the hologram (`paths`). `automatic`: presets choose, else `points`.
 enum class Bounces { automatic, points, paths };
-const char* name_of(Bounces bounces);
+constexpr auto names_of(Bounces) { return std::array{"auto", "points", "paths"}; }
 
 struct TraceSpec {
   static constexpr int most_depth = 16, usual_depth = 8;
@@ -136,6 +138,7 @@ struct TraceSpec {
 /// How phases are computed: in floats (differences within a tile of pixels; optical paths in pairs
 /// of floats), or in doubles.
 enum class Precision { floats, doubles };
+constexpr auto names_of(Precision) { return std::array{"float", "double"}; }
 
 struct AccuracySpec {
   // Empty: the cheapest whose predicted phase error stays below phase_turns
@@ -157,7 +160,7 @@ struct ViewerSpec {
 
 /// What refined pictures are compared with: what a lens sees by rays, or the light of the samples.
 enum class RefineTargets { automatic, samples, lens };
-const char* name_of(RefineTargets targets);
+constexpr auto names_of(RefineTargets) { return std::array{"auto", "samples", "lens"}; }
 
 /// Section [refine]: phases are refined after propagation (docs/refine.md).
 struct RefineSettings {
@@ -233,10 +236,12 @@ inline double sharpest_shininess(const Material& material) {
 }
 
 enum class Normals { file, smooth, flat };  // file: as in the mesh file, flat where it has none
+constexpr auto names_of(Normals) { return std::array{"file", "smooth", "flat"}; }
 
 /// The point of an object that lies at its position: the centre of its bounding box after rotation
 /// and scaling, or the origin of its mesh's coordinates.
 enum class Anchor { centre, origin };
+constexpr auto names_of(Anchor) { return std::array{"centre", "origin"}; }
 
 struct Object {
   std::filesystem::path mesh;     // absolute or relative to the working directory

@@ -151,13 +151,6 @@ template <class T>
 using Names = std::vector<std::pair<const char*, T>>;
 
 template <class T>
-Names<T> named(std::initializer_list<T> values) {
-  Names<T> names;
-  for (const auto value : values) names.emplace_back(name_of(value), value);
-  return names;
-}
-
-template <class T>
 Setting choice(const char* key, T& member, const Names<T>& names) {
   return setting(
       key, member, [names](const Value& v) { return v.choice(names); },
@@ -165,6 +158,14 @@ Setting choice(const char* key, T& member, const Names<T>& names) {
         const auto is = [&](const auto& name) { return name.second == now; };
         return std::find_if(names.begin(), names.end(), is)->first;
       });
+}
+
+/// The same of all values of an enumeration.
+template <Named T>
+Setting choice(const char* key, T& member) {
+  Names<T> names;
+  for (const char* name : names_of(T{})) names.emplace_back(name, static_cast<T>(names.size()));
+  return choice(key, member, names);
 }
 
 }  // namespace raywave

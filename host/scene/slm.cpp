@@ -201,10 +201,4 @@ void require_fit(const FlatnessSpec& flatness, glm::ivec2 size_px) {
                    "; give flatness_fit = \"centre\" to crop or pad it around its middle");
 }
 
-std::string name_of(Encoding encoding) {
-  for (const auto& [name, value] : encodings)
-    if (value == encoding) return name;
-  return "";
-}
-
 }  // namespace raywave

@@ -61,13 +61,9 @@ enum class Encoding {
   automatic      // double_phase or, where a scene fills the SLM's band, phase: the plan decides
 };
 
-inline constexpr std::array<std::pair<const char*, Encoding>, 6> encodings{
-    {{"auto", Encoding::automatic},
-     {"phase", Encoding::phase},
-     {"double-phase", Encoding::double_phase},
-     {"off-axis", Encoding::off_axis},
-     {"burckhardt", Encoding::burckhardt},
-     {"lee", Encoding::lee}}};
+constexpr auto names_of(Encoding) {
+  return std::array{"phase", "double-phase", "off-axis", "burckhardt", "lee", "auto"};
+}
 
 /// True when levels stand for amplitudes, not for phases.
 constexpr bool shows_amplitude(Encoding encoding) {
@@ -159,8 +155,5 @@ glm::dvec2 own_carrier_of(Encoding encoding);
 /// throws  InputError when the flatness picture has not the SLM's size, and may not be cropped or
 ///         padded
 void require_fit(const FlatnessSpec& flatness, glm::ivec2 size_px);
-
-/// "double-phase"
-std::string name_of(Encoding encoding);
 
 }  // namespace raywave

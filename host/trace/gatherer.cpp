@@ -8,6 +8,7 @@
 
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/memory.hpp"
 #include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 
@@ -16,8 +17,7 @@ namespace {
 
 /// Memory for the profiles of plane-wave samples: 128 MiB, less on small devices.
 std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
-  return std::min(
-      {std::uint64_t{128} << 20, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
+  return std::min({most_profile_bytes, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
 /// Tail of footprints of plane waves at the hologram, in spots to each side: what is cut off there

@@ -147,7 +147,7 @@ TEST_CASE("mistakes in [slm] get one line and exit code 2 from every command tha
     desk.scene("");
     CHECK_FALSE(desk.has_output());
   };
-  refused("encoding = \"kinoform\"", "encoding must be \"auto\" or \"phase\" or \"double-phase\"");
+  refused("encoding = \"kinoform\"", "encoding must be \"phase\" or \"double-phase\"");
   refused("lut = \"lut.txt\"", "lut must rise or fall from level to level; level 128 shows 0");
   refused("flatness = \"flat.png\"", "flatness: the picture is 2 x 2, the SLM ");
   refused("carrier = [0.7, 0]", "carrier[0] must be -0.5 to 0.5");

@@ -253,9 +253,9 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
   };
   const std::vector<Case> cases{
       {"encoding = \"kinoform\"",
-       "slm.toml:2: slm: encoding must be \"auto\" or \"phase\" or \"double-phase\" or "
+       "slm.toml:2: slm: encoding must be \"phase\" or \"double-phase\" or "
        "\"off-axis\" or "
-       "\"burckhardt\" or \"lee\", got \"kinoform\""},
+       "\"burckhardt\" or \"lee\" or \"auto\", got \"kinoform\""},
       {"band = [1, 2]", "slm.toml:2: slm: band[1] must be 0.001 to 1, got 2"},
       {"bits = 9", "slm.toml:2: slm: bits must be 8 or 10, got 9"},
       {"bits = 10\nlevels = 1025", "slm.toml:3: slm: levels must be 2 to 1024, got 1025"},

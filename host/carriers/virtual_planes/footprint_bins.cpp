@@ -6,18 +6,17 @@
 #include <utility>
 
 #include "host/common/error.hpp"
+#include "host/plan/memory.hpp"
 #include "kernels/gather/compact_layout.h"
 
 namespace raywave {
 namespace {
 
-/// Memory for the profiles of a batch: few enough to stay in a processor's cache between the
-/// kernels, enough to keep other devices busy.
+/// Numbers of the profiles of a batch.
 std::size_t batch_floats_of(const cl::DeviceInfo& device) {
-  const std::uint64_t bytes =
-      device.kind == cl::DeviceKind::cpu
-          ? std::uint64_t{4} << 20
-          : std::min(std::uint64_t{128} << 20, device.largest_buffer_bytes / 2);
+  const std::uint64_t bytes = device.kind == cl::DeviceKind::cpu
+                                  ? most_cached_profile_bytes
+                                  : std::min(most_profile_bytes, device.largest_buffer_bytes / 2);
   return static_cast<std::size_t>(bytes / sizeof(float));
 }
 

@@ -103,7 +103,7 @@ Json json_of(const BenchRow& row, const DeviceLimits& rates) {
     const auto& scene = row.scenes[0];
     json["scene"] = {{"file", scene.file.filename().string()},
                      {"method", name_of(row.method)},
-                     {"mode", scene.sampling.mode == SamplingMode::aimed ? "aimed" : "fan"},
+                     {"mode", name_of(scene.sampling.mode)},
                      {"resolution", {scene.hologram.resolution.x, scene.hologram.resolution.y}},
                      {"grid", {row.grid.x, row.grid.y}},
                      {"padding", scene.wrp.padding},

@@ -185,6 +185,15 @@ Stage stage_of(const Plate& e) {
   return stage;
 }
 
+Plate sloped(Plate plate, double along_x) {
+  plate.slope = {along_x, 0};
+  return plate;
+}
+Plate sampled(Plate plate, int along_a_side) {
+  plate.samples = along_a_side;
+  return plate;
+}
+
 const Plate plates[] = {
     {"wavelength 10 nm", {48, 40}, 0.5 * um, 10 * nm, 50 * um, {0, 0, 10 * mm}, 1, 20, 8 * mm},
     {"wavelength 1 mm", {48, 40}, 0.6 * mm, 1 * mm, 50 * mm, {0, 0, 0.3}},
@@ -197,29 +206,10 @@ const Plate plates[] = {
     {"hologram of 1 x 1 samples", {1, 1}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}, 1, 20, 1 * mm},
     {"hologram of 1 x 97 samples", {1, 97}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}},
     {"60 degrees off the axis", {48, 40}, 0.3 * um, red_m, 20 * um, {1.7 * mm, 0, 1 * mm}},
-    {"surface nearly edge-on",
-     {48, 40},
-     slm_m,
-     red_m,
-     20 * um,
-     {0, 0, 20 * mm},
-     1,
-     20,
-     {},
-     {50, 0}},
-    {"depth from 20 mm to 1 m", {48, 40}, slm_m, red_m, 10 * mm, {0, 0, 0.51}, 1, 20, {}, {98, 0}},
-    {"one sample", {48, 40}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}, 1, 20, {}, {0.1, 0.05}, 1},
-    {"14,400 samples",
-     {48, 40},
-     slm_m,
-     red_m,
-     1 * mm,
-     {0, 0, 10 * mm},
-     1,
-     20,
-     {},
-     {0.1, 0.05},
-     120},
+    sloped({"surface nearly edge-on", {48, 40}, slm_m, red_m, 20 * um, {0, 0, 20 * mm}}, 50),
+    sloped({"depth from 20 mm to 1 m", {48, 40}, slm_m, red_m, 10 * mm, {0, 0, 0.51}}, 98),
+    sampled({"one sample", {48, 40}, slm_m, red_m, 20 * um, {0, 0, 10 * mm}}, 1),
+    sampled({"14,400 samples", {48, 40}, slm_m, red_m, 1 * mm, {0, 0, 10 * mm}}, 120),
     {"shininess 0", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1, 0},
     {"shininess 1e6", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1, 1e6},
     {"intensity 1e12", {48, 40}, slm_m, red_m, 0.2 * mm, {0, 0, 10 * mm}, 1e12},

@@ -22,17 +22,11 @@ TradeKnob plain(const char* key, T TradeKnobs::*member) {
 }
 
 /// A knob whose values are those of an enumeration.
-///
-/// names  the names of the values, in their order
-template <class T, std::size_t n>
-TradeKnob named(const char* key, T TradeKnobs::*member, std::array<const char*, n> names) {
-  return {key,
-          [=](const TradeKnobs& k) { return Json(names[static_cast<std::size_t>(k.*member)]); },
-          [=](TradeKnobs& k, const Json& j) {
-            const auto found = std::find(names.begin(), names.end(), j.template get<std::string>());
-            if (found == names.end())
-              throw Json::other_error::create(501, "no such value of " + std::string(key), nullptr);
-            k.*member = static_cast<T>(found - names.begin());
+template <Named T>
+TradeKnob named(const char* key, T TradeKnobs::*member) {
+  return {key, [member](const TradeKnobs& k) { return Json(name_of(k.*member)); },
+          [key, member](TradeKnobs& k, const Json& j) {
+            k.*member = choice_of<T>(j.template get<std::string>(), key);
           }};
 }
 
@@ -240,25 +234,20 @@ const std::vector<TradeKnob>& trade_knobs() {
   static const std::vector<TradeKnob> knobs{
       plain("sampling.pitch", &TradeKnobs::pitch_m),
       plain("sampling.frames", &TradeKnobs::frames),
-      named("wrp.propagation", &TradeKnobs::propagation, std::array{"auto", "spectrum", "compact"}),
+      named("wrp.propagation", &TradeKnobs::propagation),
       plain("wrp.padding", &TradeKnobs::padding),
       plain("wrp.layers", &TradeKnobs::layers),
       plain("sampling.antialias", &TradeKnobs::antialias),
       plain("sampling.visibility", &TradeKnobs::visibility),
-      named("sampling.mode", &TradeKnobs::mode, std::array{"aimed", "fan"}),
+      named("sampling.mode", &TradeKnobs::mode),
       plain("sampling.cone", &TradeKnobs::cone),
       plain("sampling.apodization", &TradeKnobs::apodization),
-      named("accuracy.precision", &TradeKnobs::precision,
-            std::array{name_of(Precision::floats), name_of(Precision::doubles)}),
-      named("fft", &TradeKnobs::fft,
-            std::array{cl::name_of(cl::FftBackend::host).data(),
-                       cl::name_of(cl::FftBackend::clfft).data(),
-                       cl::name_of(cl::FftBackend::vkfft).data()}),
+      named("accuracy.precision", &TradeKnobs::precision),
+      named("fft", &TradeKnobs::fft),
       plain("refine.iterations", &TradeKnobs::iterations),
       plain("refine.blur", &TradeKnobs::blur_m),
-      named("slm.encoding", &TradeKnobs::encoding,
-            std::array{"phase", "double-phase", "off-axis", "burckhardt", "lee", "auto"}),
-      named("trace.bounces", &TradeKnobs::bounces, std::array{"auto", "points", "paths"}),
+      named("slm.encoding", &TradeKnobs::encoding),
+      named("trace.bounces", &TradeKnobs::bounces),
       plain("wrp.lines", &TradeKnobs::lines),
       plain("wrp.margin", &TradeKnobs::margin_px),
       plain("light.samples", &TradeKnobs::light_samples),

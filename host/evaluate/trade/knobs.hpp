@@ -14,7 +14,7 @@ namespace raywave {
 struct TradeKnob {
   std::string key;  // "sampling.pitch"; "fft" is no key of the scene
   std::function<Json(const TradeKnobs&)> get;
-  // Throws nlohmann's exceptions for what get never gives
+  // Throws InputError or nlohmann's exceptions for what get never gives
   std::function<void(TradeKnobs&, const Json&)> set;
 };
 

@@ -148,6 +148,8 @@ std::optional<int> TradeBench::resume(const std::string& text) {
     for (const auto& row : json.at("rows")) known.push_back(row_of(row));
   } catch (const Json::exception&) {
     return {};
+  } catch (const InputError&) {
+    return {};
   }
   int count = 0;
   for (auto& row : known) {

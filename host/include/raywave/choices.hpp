@@ -28,6 +28,10 @@ enum class Method {
 };
 constexpr auto names_of(Method) { return std::array{"wrp", "points", "rays"}; }
 
+/// Points on a scene's curve of accuracy against time.
+enum class Preset { draft, balanced, accurate, reference };
+constexpr auto names_of(Preset) { return std::array{"draft", "balanced", "accurate", "reference"}; }
+
 /// A test picture for an SLM.
 enum class Pattern {
   lens,     // focuses the light: tells the sign of phase

@@ -28,10 +28,6 @@ struct DeviceOptions {
   std::optional<FftBackend> fft{};  // empty: the device's own choice
 };
 
-/// Points on a scene's curve of accuracy against time.
-enum class Preset { draft, balanced, accurate, reference };
-constexpr auto names_of(Preset) { return std::array{"draft", "balanced", "accurate", "reference"}; }
-
 /// What a plan aims at. At most one; none: whatever the scene leaves open keeps its default.
 struct Goal {
   std::optional<Preset> preset{};

@@ -36,12 +36,12 @@ void add_transform_memory(const VirtualPlanes& planes, const Plan&, FftBackend f
 }
 
 /// Footprints, what a tile sees of a sample, lists of the bins that it lights (about), and profiles
-/// (about; as many as a processor makes together).
+/// (about; other devices than processors make more of them together).
 double gathering_bytes(const VirtualPlanes&, const Plan& plan, double samples) {
-  constexpr double bins = 100, profiles = 250, most_profiles = 4 << 20;
+  constexpr double bins = 100, profiles = 250;
   const double seen = 4.0 * COMPACT_SEEN * (plan.precision == Precision::doubles ? 2 : 1);
   return samples * (sizeof(device::CompactFootprint) + seen + bins) +
-         std::min(samples * profiles, most_profiles);
+         std::min(samples * profiles, double{most_cached_profile_bytes});
 }
 
 std::vector<std::pair<std::string, std::string>> report_rows(const VirtualPlanes& planes,

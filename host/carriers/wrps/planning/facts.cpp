@@ -67,7 +67,6 @@ void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend
 
 /// Projections, and the profiles of plane-wave samples: as wide as the widest footprint.
 double gathering_bytes(const SpectrumWrps&, const Plan& plan, double samples) {
-  constexpr double most_profiles = 128 << 20;
   double profiles = 0;
   for (const auto& layer : plan.layers) {
     for (const double z_m : {plan.extent.near_m, plan.extent.far_m}) {
@@ -82,7 +81,7 @@ double gathering_bytes(const SpectrumWrps&, const Plan& plan, double samples) {
     }
   }
   return samples * (sizeof(device::ProjectedSample) + 16) +
-         std::min(samples * profiles, most_profiles);
+         std::min(samples * profiles, double{most_profile_bytes});
 }
 
 std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps& wrps,
