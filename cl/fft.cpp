@@ -14,8 +14,8 @@ bool serves(FftBackend backend, const DeviceInfo& device) {
 }
 
 FftBackend default_backend(const DeviceInfo& device) {
-  const bool host = device.kind == DeviceKind::cpu || !serves(FftBackend::clfft, device);
-  return host ? FftBackend::host : FftBackend::clfft;
+  if (device.kind == DeviceKind::cpu || !serves(FftBackend::clfft, device)) return FftBackend::host;
+  return device.kind == DeviceKind::gpu ? FftBackend::vkfft : FftBackend::clfft;
 }
 
 std::unique_ptr<Fft> make_fft(const Device& device, FftBackend backend, const FftShape& shape) {

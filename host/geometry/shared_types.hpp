@@ -27,6 +27,7 @@ RAYWAVE_CL_TYPE(raywave::device::ProjectedSample, "ProjectedSample");
 RAYWAVE_CL_TYPE(raywave::device::GatherPlane, "GatherPlane");
 RAYWAVE_CL_TYPE(raywave::device::CompactPlane, "CompactPlane");
 RAYWAVE_CL_TYPE(raywave::device::CompactFootprint, "CompactFootprint");
+RAYWAVE_CL_TYPE(raywave::device::Lookout, "Lookout");
 RAYWAVE_CL_TYPE(raywave::device::LensPlane, "LensPlane");
 RAYWAVE_CL_TYPE(glm::ivec2, "int2");
 RAYWAVE_CL_TYPE(glm::ivec4, "int4");

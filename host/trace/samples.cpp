@@ -28,6 +28,7 @@ std::size_t band_bytes(const cl::DeviceInfo& device) {
 }
 
 constexpr int most_samples = 1 << 28;
+constexpr std::size_t floats_of_layers = 32;  // Layers of kernels/scene/bvh.h, without lanes
 
 device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   const auto& wanted = plan.lattice;
@@ -81,6 +82,12 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
   buffer = std::move(larger);
 }
 
+cl::Options options_of(const Plan& plan, const DeviceScene& scene) {
+  return cl::with(scene.options,
+                  {{option::antialias, std::to_string(plan.samples.antialias)},
+                   {option::visibility_parts, std::to_string(plan.samples.visibility_parts)}});
+}
+
 }  // namespace
 
 Breaks::Breaks(const cl::Device& device, const DeviceScene& scene)
@@ -115,21 +122,18 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
                          bool keep_unseen, std::optional<Counting> counting)
     : visibility_parts(plan.samples.visibility_parts),
       keep_unseen_(keep_unseen),
+      parts_of_cell_(static_cast<std::size_t>(plan.samples.antialias * plan.samples.antialias)),
       device_(device),
-      program_(
-          device, "kernels/samples/samples.cl",
-          cl::with(scene.options, {{option::antialias, std::to_string(plan.samples.antialias)},
-                                   {option::visibility_parts, std::to_string(visibility_parts)}})),
+      program_(device, "kernels/samples/samples.cl", options_of(plan, scene)),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device, scene) {
+  if (lanes_for(device.info()) == 1)
+    apart_.emplace(device, program_, options_of(plan, scene), plan.samples.antialias);
   if (plan.hologram.colour) show_laser_.emplace(program_.kernel("show_laser"));
   if (plan.has_specular_samples())
-    specular_.emplace(
-        device,
-        cl::with(scene.options, {{option::antialias, std::to_string(plan.samples.antialias)},
-                                 {option::visibility_parts, std::to_string(visibility_parts)},
-                                 {option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
+    specular_.emplace(device, cl::with(options_of(plan, scene),
+                                       {{option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
   else if (counting.value_or(counting_of(device.info())) == Counting::on_device)
     on_device_.emplace(device);
   find(plan, scene);
@@ -179,11 +183,10 @@ void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
     first_.assign(cells + 1, {0, 0});
 
   // Samples are found band by band of the lattice's rows.
-  const auto row_bytes = static_cast<std::size_t>(lattice.nx) * bytes_of_slot(scene);
+  const auto columns = static_cast<std::size_t>(lattice.nx);
   Found found;
   for (int row = 0; row < lattice.ny;) {
-    const auto most_rows =
-        band_bytes(device_.info()) / (row_bytes * static_cast<std::size_t>(slots_));
+    const auto most_rows = band_bytes(device_.info()) / (columns * bytes_of_cell(scene));
     const int rows = static_cast<int>(
         std::clamp<std::size_t>(most_rows, 1, static_cast<std::size_t>(lattice.ny - row)));
     find_band(scene, row, rows);
@@ -217,7 +220,21 @@ std::size_t SampleTable::words_of_colours() const { return show_laser_ ? 6 : 0; 
 std::size_t SampleTable::bytes_of_slot(const DeviceScene& scene) const {
   return sizeof(device::Sample) +
          4 * (visibility_words() + static_cast<std::size_t>(scene.light_words()) +
-              words_of_colours());
+              words_of_colours()) +
+         (apart_ ? sizeof(device::Lookout) + 16 + parts_of_window() : 0);
+}
+
+std::size_t SampleTable::bytes_of_cell(const DeviceScene& scene) const {
+  return static_cast<std::size_t>(slots_) * bytes_of_slot(scene) +
+         (apart_ ? parts_of_cell_ * (floats_of_layers + 1) * sizeof(float) : 0);
+}
+
+SampleTable::RaysApart::RaysApart(const cl::Device& device, const cl::Program& samples,
+                                  const cl::Options& options, int antialias)
+    : program(device, "kernels/samples/look_around.cl", options),
+      ask_parts(program.kernel("ask_parts")),
+      settle_samples(program.kernel("settle_samples")) {
+  if (antialias > 0) trace_parts.emplace(samples.kernel("trace_parts"));
 }
 
 void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
@@ -232,12 +249,40 @@ void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
             "lights on samples");
   make_room(device_, band_.colours, std::max<std::size_t>(1, room * words_of_colours()),
             "colours of samples");
+  const auto parts = apart_ ? cells * parts_of_cell_ : 0;
+  make_room(device_, band_.lookouts, apart_ ? room : 1, "places that samples look from");
+  make_room(device_, band_.part_layers, std::max<std::size_t>(1, parts * floats_of_layers),
+            "layers of parts of cells");
+  make_room(device_, band_.part_from, std::max<std::size_t>(1, parts), "parts of cells");
+  if (parts > 0)
+    apart_->trace_parts->run({parts}, {128}, scene.arguments(), lattice, breaks_.known,
+                             breaks_.cells, breaks_.tiles, row, rows, band_.part_layers,
+                             band_.part_from);
   const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
   find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)},
-                    lanes == 1 ? cl::Range{8, 8} : cl::Range{1, 1}, scene.arguments(), lattice,
+                    lanes == 1 ? cl::Range{8, 1} : cl::Range{1, 1}, scene.arguments(), lattice,
                     breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_,
                     std::int32_t{keep_unseen_}, band_.counts, band_.mirrors, band_.samples,
-                    band_.visibility_masks, band_.lit, band_.colours);
+                    band_.visibility_masks, band_.lit, band_.colours, band_.lookouts,
+                    band_.part_layers, band_.part_from);
+  if (apart_ && visibility_parts > 0) look_around(scene, cells);
+}
+
+void SampleTable::look_around(const DeviceScene& scene, std::size_t cells) {
+  auto& apart = *apart_;
+  const auto slots = static_cast<std::size_t>(slots_), room = cells * slots;
+  make_room(device_, band_.sixteen, 16 * room, "parts that samples see");
+  make_room(device_, band_.sees, parts_of_window() * room, "parts that samples see");
+  for (const std::int32_t first_round : {1, 0}) {
+    auto& sees = first_round ? band_.sixteen : band_.sees;
+    apart.ask_parts.run({room * (first_round ? 16 : parts_of_window())}, {64}, scene.arguments(),
+                        lattice, static_cast<std::int32_t>(cells), slots_, first_round,
+                        band_.counts, band_.lookouts, band_.sixteen, sees);
+  }
+  apart.settle_samples.run({cells}, {64}, static_cast<std::int32_t>(cells), slots_,
+                           std::int32_t{keep_unseen_}, band_.lookouts, band_.sixteen, band_.sees,
+                           band_.counts, band_.samples, band_.visibility_masks, band_.lit,
+                           band_.colours);
 }
 
 int SampleTable::count_on_host(const Plan& plan, const DeviceScene& scene, int row, int rows,

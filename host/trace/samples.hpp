@@ -93,6 +93,7 @@ public:
 
 private:
   bool keep_unseen_;
+  std::size_t parts_of_cell_;  // rays beside that through its centre
 
   /// Samples of a band of rows; every cell has room for the same number of samples.
   struct Band {
@@ -101,6 +102,19 @@ private:
     cl::Buffer<std::uint32_t> visibility_masks, lit;
     cl::Buffer<std::int32_t> mirrors;
     cl::Buffer<float> colours;
+    // Of RaysApart; one element at least
+    cl::Buffer<device::Lookout> lookouts;
+    cl::Buffer<float> part_layers, part_from;
+    cl::Buffer<std::uint8_t> sixteen, sees;
+  };
+
+  /// On devices with one cell per work-item: the rays of a cell, each by a work-item of its own.
+  struct RaysApart {
+    RaysApart(const cl::Device& device, const cl::Program& samples, const cl::Options& options,
+              int antialias);
+    std::optional<cl::Kernel> trace_parts;
+    cl::Program program;
+    cl::Kernel ask_parts, settle_samples;
   };
 
   /// Samples in the bands so far.
@@ -111,9 +125,16 @@ private:
 
   std::size_t words_of_colours() const;
   std::size_t bytes_of_slot(const DeviceScene& scene) const;
+  std::size_t bytes_of_cell(const DeviceScene& scene) const;
+  std::size_t parts_of_window() const {
+    return static_cast<std::size_t>(std::max(1, visibility_parts * visibility_parts));
+  }
 
   /// Finds the samples of a band, as many to a cell as there are slots.
   void find_band(const DeviceScene& scene, int row, int rows);
+
+  /// Finds out by rays what the samples of a band see.
+  void look_around(const DeviceScene& scene, std::size_t cells);
 
   /// Counts the samples of a band that find_band has found, and places them behind those found
   /// before. Returns the largest number in a cell.
@@ -140,6 +161,7 @@ private:
   cl::Device device_;
   cl::Program program_;
   cl::Kernel find_samples_, pack_samples_;
+  std::optional<RaysApart> apart_;
   std::optional<cl::Kernel> show_laser_;  // in colour
   int slots_ = slots_of_cell;  // room in each cell, in samples; grows to the largest number found
   Band band_;

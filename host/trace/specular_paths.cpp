@@ -128,8 +128,7 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     make_room(device_, visibility_masks_, room * visibility_words_, "visibility masks of samples");
     make_room(device_, paths_, room, "paths over mirrors and through glass");
     const auto number = [](double value) { return static_cast<float>(value); };
-    find_.run({cells.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-              scene.arguments(), lattice, number(plan.specular.images.near_m),
+    find_.run({cells.size()}, {1}, scene.arguments(), lattice, number(plan.specular.images.near_m),
               number(plan.specular.images.far_m), number(plan.specular.images.folded_m), fit_,
               cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
               visibility_masks_, paths_);

@@ -140,6 +140,14 @@ typedef struct {
   int path;
 } Sample;
 
+// From where a sample of a slot looks for the hologram: before it has moved to the centroid of its
+// light, with the normal of its side (kernels/samples/look_around.cl).
+typedef struct {
+  float x, y, z;
+  float nx, ny, nz;
+  int asks;  // 1: rays tell which parts of the window see it
+} Lookout;
+
 // Terms of the polynomials of a SamplePath (kernels/samples/path_layout.h)
 #define PATH_TERMS 18
 #define PATH_AMPLITUDE_TERMS 6

@@ -89,6 +89,13 @@
   MEMBER(SamplePath, rest)                \
   MEMBER(SamplePath, amplitude)           \
   MEMBER(Sample, profile)                 \
+  MEMBER(Lookout, x)                      \
+  MEMBER(Lookout, y)                      \
+  MEMBER(Lookout, z)                      \
+  MEMBER(Lookout, nx)                     \
+  MEMBER(Lookout, ny)                     \
+  MEMBER(Lookout, nz)                     \
+  MEMBER(Lookout, asks)                   \
   MEMBER(Lattice, first_x)                \
   MEMBER(Lattice, first_y)                \
   MEMBER(Lattice, nx)                     \

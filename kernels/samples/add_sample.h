@@ -64,6 +64,9 @@ typedef struct {
 #if RAYWAVE_COLOURS > 1
   __global float* colours;
 #endif
+#if RAYWAVE_LANES == 1
+  __global Lookout* lookouts;
+#endif
   int slots;
   int keeps_unseen;               // 1: also samples that no part of the hologram sees
   int count;                      // of all samples, with or without a slot
@@ -165,6 +168,10 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
     seen = fabs(dot(face, (float3)(sample.nx, sample.ny, sample.nz))) > STEEP ? VISIBILITY_ALL
                                                                               : SEEN_UNKNOWN;
 
+#if RAYWAVE_LANES == 1
+  const Lookout lookout = {
+      sample.x, sample.y, sample.z, sample.nx, sample.ny, sample.nz, seen == SEEN_UNKNOWN};
+#endif
   uint visibility[VISIBILITY_WORDS];
   const int parts_seen = look_around(scene, lattice, &sample, occluder_cache, seen, visibility);
   if (!cell->keeps_unseen && parts_seen == 0) return;
@@ -208,6 +215,9 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   if (slot >= cell->slots) return;
   cell->hidden += sample.hidden;
   cell->samples[slot] = sample;
+#if RAYWAVE_LANES == 1
+  cell->lookouts[slot] = lookout;
+#endif
 #if RAYWAVE_COLOURS > 1
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
     cell->colours[slot * SAMPLE_COLOURS + k] = radiance[k] * own;

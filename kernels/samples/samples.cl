@@ -12,6 +12,10 @@
 //               VISIBILITY_WORDS and LIT_WORDS words
 //               In colour, sample_colours: SAMPLE_COLOURS numbers of each, radiance and specular
 //               in red, green and blue
+//               Without lanes, lookouts: what look_around.cl needs to find out what samples see.
+//               part_layers, part_from: what trace_parts has met
+// trace_parts   without lanes, before find_samples: the layers that the rays through the parts of
+//               cells meet, where these need rays of their own, and where the rays must go on
 // pack_samples  the same samples without gaps: those of cell c go to packed[first_of_cell[c].x] and
 //               on, after first_of_cell[c].y hidden ones
 //
@@ -44,7 +48,12 @@
 // where rays that met as many layers as one traversal keeps must go on, and lattice->reach for all
 // others.
 CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int column, int row,
-                          int packet, floatv* from, Layers* layers) {
+                          int packet, floatv* from, PART_LAYERS* part_layers) {
+#if RAYWAVE_LANES == 1
+  Layers own_layers, *layers = &own_layers;
+#else
+  Layers* layers = part_layers;
+#endif
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
   rays.t_min = *from;
   bvh_layers(&scene->tree, &rays, layers);
@@ -52,7 +61,22 @@ CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int 
   *from =
       LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
   keep_sources(layers, scene, &rays, lattice->layer_gap);
+#if RAYWAVE_LANES == 1
+  *part_layers = own_layers;
+#endif
 }
+
+#if RAYWAVE_LANES == 1
+// Whether trace_parts traces the rays through the parts of a cell.
+static inline bool traced_ahead(const Lattice* lattice, const Breaks* breaks, int column, int row) {
+#if PARTS_DIFFER
+  (void)lattice, (void)breaks, (void)column, (void)row;
+  return true;
+#else
+  return !unbroken_cell(lattice, breaks, column, row);
+#endif
+}
+#endif
 #endif
 
 #if RAYWAVE_ANTIALIAS
@@ -249,9 +273,14 @@ static inline void shade_centres(const SceneArrays* scene, const Lattice* lattic
 typedef struct {
   int whole[RAYWAVE_LANES];  // cells whose parts need no rays of their own
 #if RAYWAVE_ANTIALIAS
-  Layers layers[PACKETS];  // that no sample has claimed
-  floatv from[PACKETS];    // where the rays go on
-  floatv edges[PACKETS];   // find_edges
+#if RAYWAVE_LANES == 1
+  PART_LAYERS* layers;  // that no sample has claimed
+  bool traced;          // traced_ahead
+#else
+  Layers layers[PACKETS];
+#endif
+  floatv from[PACKETS];   // where the rays go on
+  floatv edges[PACKETS];  // find_edges
 #if CELLS_OF_PACKET > 1
   Layers shared_layers;  // of all cells of the only packet
   floatv shared_from;
@@ -266,6 +295,9 @@ static inline void look_at_cell(const SceneArrays* scene, const Lattice* lattice
   bool all_whole = true;  // of the cells that share packets with this one, from it on
   for (int cell = lane; cell == lane || cell % CELLS_OF_PACKET != 0; ++cell)
     all_whole &= parts->whole[cell];
+#if RAYWAVE_LANES == 1
+  if (!again && parts->traced) return;
+#endif
   for (int packet = 0; packet < PACKETS; ++packet) {
     const bool traces = again
                             ? !parts->whole[lane] && LANES_ANY(parts->from[packet] < lattice->reach)
@@ -391,9 +423,16 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
                            int first_row, int rows, int slots, int keeps_unseen,
                            __global int2* counts, __global int* mirrors, __global Sample* samples,
                            __global uint* visibility_masks, __global uint* lit,
-                           __global float* sample_colours) {
+                           __global float* sample_colours, __global Lookout* lookouts,
+                           __global float* part_layers, __global const float* part_from) {
 #if RAYWAVE_COLOURS == 1
   (void)sample_colours;
+#endif
+#if RAYWAVE_LANES > 1
+  (void)lookouts;
+#endif
+#if RAYWAVE_LANES > 1 || !RAYWAVE_ANTIALIAS
+  (void)part_layers, (void)part_from;
 #endif
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
   if (first >= lattice.nx || (int)get_global_id(1) >= rows) return;
@@ -407,6 +446,13 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
   bvh_layers(&scene.tree, &centres.rays, &centres.layers);
   CellParts parts;
 #if RAYWAVE_ANTIALIAS
+#if RAYWAVE_LANES == 1
+  const size_t first_part = ((size_t)band_row * (size_t)lattice.nx + (size_t)first) * PARTS;
+  parts.layers = (PART_LAYERS*)part_layers + first_part;
+  parts.traced = traced_ahead(&lattice, &breaks, first, row);
+  for (int part = 0; part < PARTS && parts.traced; ++part)
+    parts.from[part] = part_from[first_part + (size_t)part];
+#endif
   find_whole_cells(&scene, &lattice, &breaks, first, row, &centres.layers, parts.whole);
 #if CELLS_OF_PACKET > 1
   parts.shared_from = 0.0f;
@@ -430,6 +476,9 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
 #if RAYWAVE_COLOURS > 1
       sample_colours + place * (size_t)slots * SAMPLE_COLOURS,
 #endif
+#if RAYWAVE_LANES == 1
+      lookouts + place * (size_t)slots,
+#endif
       slots,
       keeps_unseen,
       0,
@@ -444,6 +493,26 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
     mirrors[place] = cell.mirrors ? 1 + cell.rank : 0;
   }
 }
+
+#if RAYWAVE_LANES == 1 && RAYWAVE_ANTIALIAS
+// One work-item per part of a cell of a band.
+__kernel void trace_parts(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
+                          __global const float* break_cells, __global const float* break_tiles,
+                          int first_row, int rows, __global float* part_layers,
+                          __global float* part_from) {
+  const size_t place = get_global_id(0), cell = place / PARTS;
+  const int column = (int)(cell % (size_t)lattice.nx),
+            row = first_row + (int)(cell / (size_t)lattice.nx);
+  if (row >= min(first_row + rows, lattice.ny)) return;
+  const Breaks breaks = {break_cells, break_tiles, breaks_known};
+  if (!traced_ahead(&lattice, &breaks, column, row)) return;
+  const SceneArrays scene = SCENE_OF_PARAMETERS;
+  float from = 0.0f;
+  look_at_parts(&scene, &lattice, column, row, (int)(place % PARTS), &from,
+                (PART_LAYERS*)part_layers + place);
+  part_from[place] = from;
+}
+#endif
 
 // One work-item per cell of a band.
 __kernel void pack_samples(__global const int2* counts, __global const int2* first_of_cell,

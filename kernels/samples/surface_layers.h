@@ -16,16 +16,29 @@ typedef struct {
   float u, v;
 } Hit;
 
-static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
+static inline Hit hit_of_hits(floatv ts, intv triangles, floatv us, floatv vs, int lane) {
   float t[RAYWAVE_LANES], u[RAYWAVE_LANES], v[RAYWAVE_LANES];
   int triangle[RAYWAVE_LANES];
-  LANES_STORE(layers->t[layer], t);
-  LANES_STORE(layers->triangle[layer], triangle);
-  LANES_STORE(layers->u[layer], u);
-  LANES_STORE(layers->v[layer], v);
+  LANES_STORE(ts, t);
+  LANES_STORE(triangles, triangle);
+  LANES_STORE(us, u);
+  LANES_STORE(vs, v);
   const Hit hit = {t[lane], triangle[lane], u[lane], v[lane]};
   return hit;
 }
+
+static inline Hit hit_of_lane(const Layers* layers, int layer, int lane) {
+  return hit_of_hits(layers->t[layer], layers->triangle[layer], layers->u[layer], layers->v[layer],
+                     lane);
+}
+
+// What the rays through the parts of a cell meet. Without lanes each ray is a work-item's of its
+// own (trace_parts), which leaves it in global memory.
+#if RAYWAVE_LANES == 1
+#define PART_LAYERS __global Layers
+#else
+#define PART_LAYERS Layers
+#endif
 
 // Distance within which hits belong to the same layer: what a slope of 80 degrees spans in a cell.
 static inline float layer_reach(const Lattice* lattice, float t) {
@@ -111,7 +124,7 @@ static inline intv is_blended(const SceneArrays* scene, intv triangle) {
 // Nearest hits of the parts' rays that belong to no layer of the centre ray: the edge of an object
 // that the centre ray misses. It hides what lies behind it in those parts, which the sample of the
 // layer behind cannot know from the centre ray.
-CALLED void find_edges(const SceneArrays* scene, const Lattice* lattice, const Layers* parts,
+CALLED void find_edges(const SceneArrays* scene, const Lattice* lattice, const PART_LAYERS* parts,
                        const Layers* centre, int lane, int column, int row, int packet_column,
                        floatv* edges) {
   SurfaceLayer surface_layers[BVH_LAYERS];
@@ -141,11 +154,11 @@ CALLED void find_edges(const SceneArrays* scene, const Lattice* lattice, const L
 
 // Removes the hits of a layer from the parts' hits, one for each ray. Returns how many of them lie
 // behind no edge.
-CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts,
+CALLED int claim(const SceneArrays* scene, const Lattice* lattice, PART_LAYERS* parts,
                  const floatv* edges, const SurfaceLayer* surface_layer, Hits* claimed) {
   intv count = 0;
   for (int packet = 0; packet < PACKETS; ++packet) {
-    Layers* layers = parts + packet;
+    PART_LAYERS* layers = parts + packet;
     Hits hits = {(floatv)(surface_layer->t), (intv)(-1), (floatv)(0.0f), (floatv)(0.0f)};
     for (int i = 0; i < BVH_LAYERS; ++i) {
       const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
@@ -166,7 +179,7 @@ CALLED int claim(const SceneArrays* scene, const Lattice* lattice, Layers* parts
 }
 
 // The first ray with a hit that no layer has claimed, or -1; *hit receives that hit.
-static inline int unclaimed(const Layers* parts, Hit* hit) {
+static inline int unclaimed(const PART_LAYERS* parts, Hit* hit) {
   for (int packet = 0; packet < PACKETS; ++packet) {
     intv any = 0;
     for (int i = 0; i < BVH_LAYERS; ++i) any |= parts[packet].triangle[i] >= 0;
@@ -175,7 +188,8 @@ static inline int unclaimed(const Layers* parts, Hit* hit) {
     LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), any), left);
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
       for (int i = 0; i < BVH_LAYERS && left[lane]; ++i) {
-        *hit = hit_of_lane(parts + packet, i, lane);
+        const PART_LAYERS* layers = parts + packet;
+        *hit = hit_of_hits(layers->t[i], layers->triangle[i], layers->u[i], layers->v[i], lane);
         if (hit->triangle >= 0) return packet * RAYWAVE_LANES + lane;
       }
     }

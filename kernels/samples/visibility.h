@@ -114,7 +114,8 @@ static inline int look_around_four(const SceneArrays* scene, const Lattice* latt
 
 // Fills the visibility mask of a sample; returns how many parts it sees. Sixteen parts, spread
 // evenly, represent all parts when they agree. A hidden or visible region narrower and lower than a
-// quarter of the window may be missed.
+// quarter of the window may be missed. Without lanes, samples that only rays can tell of see
+// everything until look_around.cl has asked.
 //
 // seen  result of look_around_four
 static inline int look_around(const SceneArrays* scene, const Lattice* lattice, const Sample* s,
@@ -124,6 +125,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
   (void)scene, (void)lattice, (void)s, (void)occluder_cache, (void)seen;
   return VISIBILITY_ALL;
 #else
+#if RAYWAVE_LANES > 1
   if (seen == SEEN_UNKNOWN && SIXTEEN_TELL) {
     int hidden = 0;
     for (int first = 0; first < 16; first += RAYWAVE_LANES) {
@@ -136,11 +138,16 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
     if (hidden == 0) seen = VISIBILITY_ALL;
     if (hidden == 16) seen = 0;
   }
+#else
+  (void)scene, (void)lattice, (void)s, (void)occluder_cache;
+  if (seen == SEEN_UNKNOWN) seen = VISIBILITY_ALL;
+#endif
   if (seen == 0) return 0;
   if (seen == VISIBILITY_ALL) {
     for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
     return VISIBILITY_ALL;
   }
+#if RAYWAVE_LANES > 1
   seen = 0;
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;
@@ -152,6 +159,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
     visibility[first / 32] |=
         (uint)lanes_sum(LANES_SELECT((intv)(1) << (part % 32), (intv)(0), hidden));
   }
+#endif
   return seen;
 #endif
 }

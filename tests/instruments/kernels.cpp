@@ -299,7 +299,11 @@ TEST_CASE("every kernel is launched, and none writes behind its buffers") {
         launch_tools(device);
         device.finish();
       }
-      CHECK(spy.launched == declared_kernels());
+      auto wanted = declared_kernels();
+      // Where a work-item takes a packet of cells, it asks for what samples see itself
+      if (shape.float_lanes > 1)
+        for (const char* name : {"trace_parts", "ask_parts", "settle_samples"}) wanted.erase(name);
+      CHECK(spy.launched == wanted);
       CHECK(spy.overrun.empty());
       CHECK(spy.live.empty());
       CHECK((spy.watched > 100 || !spy.canaries));
