@@ -37,6 +37,7 @@ except ImportError as error:  # the loader of OpenCL drivers is the system's
         ) from error
     raise
 
+from . import metrics
 from ._light import (
     Field,
     FieldComparison,
@@ -99,6 +100,7 @@ __all__ = [
     "jax",
     "lens",
     "load_scene",
+    "metrics",
     "pattern",
     "plan",
     "propagate",
