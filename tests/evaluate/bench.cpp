@@ -71,6 +71,20 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("cases of one scene whose pictures have windows of their own are all judged") {
+  const test::Desk desk;
+  const auto device = test::all_devices().front();
+  Bench bench(device.info(), brief(device));
+  auto one = small_case(desk);
+  for (const double pitch_m : {0.2e-3, 0.05e-3}) {
+    one.scenes[0].sampling.pitch_m = pitch_m;
+    const auto row = bench.run(one);
+    INFO(pitch_m << " m: " << row.note);
+    REQUIRE(row.quality);
+    CHECK(std::isfinite(row.quality->psnr_db));
+  }
+}
+
 TEST_CASE("a frame of several lasers is that of all, and its quality that of the colour picture") {
   const test::Desk desk;
   for (const auto& device : test::all_devices()) {

@@ -13,6 +13,7 @@
 #include "host/common/error.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/cost.hpp"
+#include "host/forecast/judged_pictures.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/planning/make_plan.hpp"
@@ -110,11 +111,16 @@ BenchFrame scaled(BenchFrame frame, double factor) {
 }
 
 /// Key of a lens picture in the cache; lengths enter in micrometres.
-std::string lens_key(const std::vector<Scene>& scenes, glm::ivec2 grid, double z_m) {
+std::string lens_key(const std::vector<Scene>& scenes, glm::ivec2 grid, double z_m,
+                     const PictureWindow& window) {
   const auto& scene = scenes[0];
   std::string key = scene.file.string();
   const auto add = [&](double value) { key += ' ' + std::to_string(1e6 * value); };
   add(z_m);
+  for (const auto& corner_m : {window.low_m, window.high_m}) {
+    add(corner_m.x);
+    add(corner_m.y);
+  }
   for (const auto& laser : scenes) add(laser.hologram.wavelength_m);
   for (const int n : {scene.hologram.resolution.x, scene.hologram.resolution.y, grid.x, grid.y})
     add(n);
@@ -287,8 +293,10 @@ BenchQuality Bench::quality_of(const std::vector<Scene>& scenes, const World& wo
   spec.lens_points = options_.lens_points;
   RenderOptions how;
   how.fft = options_.fft;
-  const auto grid = make_plan(scenes[0], world).grid;
-  auto& lens = seen_by_lens_[lens_key(scenes, grid, spec.depths_m[0])];
+  const auto plan = make_plan(scenes[0], world);
+  spec.window = quality_window(plan, front_view(scenes[0], world, plan),
+                               blur_of_resolution * scenes[0].sampling.pitch_m);
+  auto& lens = seen_by_lens_[lens_key(scenes, plan.grid, spec.depths_m[0], *spec.window)];
   const auto result =
       assess(cl::Device(device_), scenes, world, std::move(rendered), how, spec, lens);
   const auto& figures = result.rows.at(0).figures.luminance;
