@@ -422,7 +422,7 @@ Json json_of(const Prediction& prediction) {
                {"levels", w.levels}};
   if (w.lens_rays > 0) {
     j["work"]["lens_rays"] = w.lens_rays;
-    j["work"]["refine_butterflies"] = w.refine_butterflies;
+    j["work"]["refine_butterflies"] = w.refine_butterflies + w.picture_butterflies;
   }
   return j;
 }

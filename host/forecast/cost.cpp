@@ -148,7 +148,7 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
   const double each = of_samples ? looking(1, 1) : drawn_looks / draws;
   work.refine_butterflies = frames * iterations * 2 * each + (frames - 1) * all_looks;
   if (of_samples)
-    work.refine_butterflies += butterflies_of_a_paced_sample * iterations * work.samples;
+    work.picture_butterflies = butterflies_of_a_paced_sample * iterations * work.samples;
 }
 
 double count_butterflies(const Plan& plan, int frames) {
@@ -310,7 +310,8 @@ PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
   return {work.rays * rates.ray_s + work.shadow_rays * rates.shadow_ray_s,
           work.nodes * rates.node_s + work.pairs * rates.pair_s + work.pixels * rates.pixel_s,
           work.butterflies * rates.butterfly_s,
-          work.lens_rays * rates.ray_s + work.refine_butterflies * rates.butterfly_s,
+          work.lens_rays * rates.ray_s + work.refine_butterflies * rates.butterfly_s +
+              work.picture_butterflies * rates.host_butterfly_s,
           work.levels * rates.level_s};
 }
 

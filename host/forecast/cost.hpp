@@ -18,6 +18,8 @@ struct DeviceRates {
   std::string device;  // "default" for figures that no measurement stands behind
   double ray_s = 0, shadow_ray_s = 0, node_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0,
          level_s = 0;
+  // Of pictures that the host makes of samples: two cores of a server processor, or the device's
+  double host_butterfly_s = 0.062e-9;
 };
 
 /// Rates of PoCL on two cores of a server processor.
@@ -45,6 +47,7 @@ struct Work {
   // Of the refinement: rays of the lens's pictures, times the depth of the tree, and butterflies of
   // its iterations
   double lens_rays = 0, refine_butterflies = 0;
+  double picture_butterflies = 0;  // of the pictures that the host makes of samples
 };
 
 /// Pixels of WRPs that the front view's cells light, one sample in each. They depend neither on the

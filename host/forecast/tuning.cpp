@@ -96,6 +96,8 @@ DeviceFigures figures_of(const cl::DeviceInfo& device) {
        !error && !figures.keeps_kernels && file != end; file.increment(error))
     figures.keeps_kernels = file->is_directory(error);
   if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
+  if (device.kind == cl::DeviceKind::cpu)
+    figures.rates.host_butterfly_s = figures.rates.butterfly_s;
   return figures;
 }
 
