@@ -333,3 +333,35 @@ def extremes(seen):
     for row in seen["selftest"]["extremes"]:
         yield (row["extreme"], row["carrier"], row["measured"],
                100 * row["measured"] / row["bound"])
+
+
+EIGHT = ("study", "teapot", "animal", "ball_smooth", "wire", "apart", "room", "still_life")
+PRESETS = ("draft", "balanced", "accurate", "reference")
+
+
+@table("trade", [*REFINED, *FRAMES, "host/forecast"], """
+| ms, dB (dB predicted) | draft | balanced | accurate | reference |
+|---|---|---|---|---|
+| {} | {} | {} | {} | {} |""", {
+    scene: f"raywave trade data/{scene}.toml -o {scene} --presets" for scene in EIGHT}, timed=True)
+def presets(seen):
+    rows = {scene: {entry["preset"]: trade["rows"][entry["row"]] for entry in trade["presets"]}
+            for scene, trade in seen.items()}
+
+    def cell(row):
+        predicted = [laser["pictures"]["mean_psnr_db"] for laser in row["predicted"]]
+        return (f"{1e3 * row['time_s']:.3g}, {row['psnr_db']:.1f} "
+                f"({sum(predicted) / len(predicted):.1f})")
+
+    for scene in EIGHT:
+        yield [f"`{scene}`", *(cell(rows[scene][preset]) for preset in PRESETS)]
+    drafts = [rows[scene]["draft"] for scene in EIGHT]
+
+    def over_draft(preset):
+        pairs = [(rows[scene][preset], draft) for scene, draft in zip(EIGHT, drafts)]
+        times = sorted(row["time_s"] / draft["time_s"] for row, draft in pairs)
+        gains = [row["psnr_db"] - draft["psnr_db"] for row, draft in pairs]
+        middle = (times[len(times) // 2] + times[(len(times) - 1) // 2]) / 2
+        return f"{middle:.1f} x, {sum(gains) / len(gains):+.1f} dB"
+
+    yield ["over `draft`: median time, mean gain", "", *map(over_draft, PRESETS[1:])]
