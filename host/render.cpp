@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cmath>
 #include <complex>
+#include <limits>
+#include <numeric>
 #include <utility>
 
 #include "host/carriers/at_hologram/carrier.hpp"
@@ -12,6 +14,7 @@
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/common/text.hpp"
+#include "host/common/threads.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/encode_stage.hpp"
 #include "host/plan/message_text.hpp"
@@ -435,23 +438,31 @@ std::span<const std::complex<float>> first_frames(const FieldStack& field,
                  : all);
 }
 
+/// Sum of |u|^2, of each at most `most`; the same for any number of threads.
+double light_of(std::span<const std::complex<float>> samples,
+                double most = std::numeric_limits<double>::infinity()) {
+  constexpr std::size_t range = cl::Threads::range;
+  std::vector<double> sums((samples.size() + range - 1) / range);
+  auto& threads = cl::Threads::shared();
+  threads.for_each(threads.count(), sums.size(), 8, [&](std::size_t, std::size_t i) {
+    for (const auto& u :
+         samples.subspan(i * range).first(std::min(range, samples.size() - i * range)))
+      sums[i] += std::min(std::norm(std::complex<double>(u)), most);
+  });
+  return std::accumulate(sums.begin(), sums.end(), 0.0);
+}
+
 }  // namespace
 
 double mean_light_of(const FieldStack& field, std::optional<int> frames) {
   const auto samples = first_frames(field, frames);
-  double sum = 0;
-  for (const auto& u : samples) sum += std::norm(std::complex<double>(u));
-  return samples.empty() ? 0 : sum / static_cast<double>(samples.size());
+  return samples.empty() ? 0 : light_of(samples) / static_cast<double>(samples.size());
 }
 
 double clipping_loss(const FieldStack& field, double clip, std::optional<int> frames) {
-  double all = 0, shown = 0;
-  for (const auto& u : first_frames(field, frames)) {
-    const double light = std::norm(std::complex<double>(u));
-    all += light;
-    shown += std::min(light, clip * clip);
-  }
-  return shown > 0 ? all / shown : 1;
+  const auto samples = first_frames(field, frames);
+  const double shown = light_of(samples, clip * clip);
+  return shown > 0 ? light_of(samples) / shown : 1;
 }
 
 std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
