@@ -237,6 +237,11 @@ void run_animate(const AnimateArguments& options) {
   }
   const auto said = notes.size();
   add_lines(notes, made.notes);
+  const auto goal = options.goal.goal();
+  if (const double pictures_per_s = (made.pictures - 1) / std::max(made.seconds, 1e-9);
+      goal.rate_per_s && made.pictures > 1 && pictures_per_s < *goal.rate_per_s)
+    notes.push_back(number_text(pictures_per_s) + " pictures a second were computed, where " +
+                    number_text(*goal.rate_per_s) + " were asked for");
   for (auto i = said; i < notes.size(); ++i) options.report.note(notes[i]);
   const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {

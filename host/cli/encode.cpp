@@ -131,10 +131,10 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
 void run_encode(const EncodeArguments& options) {
   picture_format_of(options.format);  // refused before any work
   const LaserHolograms holograms(options.hologram, true);
-  if (!holograms.lasers && extension_of(options.hologram.files[0]) != ".npy")
+  if (extension_of(holograms.each[0].files[0]) != ".npy")
     throw InputError(in_quotes(options.hologram.files[0]) +
-                     ": encode takes the complex field that render writes, field.npy, or the "
-                     "report.json of several lasers");
+                     ": encode takes the complex field that render writes, field.npy, or "
+                     "report.json beside it");
   if (holograms.lasers && !options.hologram.pixels.wavelength.empty())
     throw InputError("--wavelength is for one field; those of a report have their own");
   holograms.each[0].slm_spec().bits > 8 ? encode_all<std::uint16_t>(options, holograms)
@@ -150,8 +150,7 @@ void add_encode(CLI::App& app) {
                   "build/raywave render data/study.toml -o out\n"
                   "build/raywave encode out/field.npy --slm data/bench.toml -o encoded");
   auto options = std::make_shared<EncodeArguments>();
-  options->hologram.add_to(*command,
-                           "field.npy, or report.json of several lasers for their fields");
+  options->hologram.add_to(*command, "field.npy, or report.json for the fields beside it");
   add_set(*command, options->hologram.set);
   options->device.add_device_to(*command);
   option(*command, "--format", options->format, picture_format_names(), group::output,

@@ -181,7 +181,9 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
   if (options.files.size() == 1 && extension_of(report) == ".json")
     lasers = lasers_of_report(report);
   if (!lasers) {
-    each = {options};
+    auto& one = each.emplace_back(options);
+    if (fields && extension_of(report) == ".json")
+      one.files = {(report.parent_path() / "field.npy").string()};
     return;
   }
   for (const auto& files : lasers->files) {

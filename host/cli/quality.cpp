@@ -89,7 +89,9 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
     std::printf("\n");
   }
   std::printf("mean of whole pictures: %s\n", check.text().c_str());
-  if (check.goal.any()) std::printf("the goal is %sreached\n", check.is_kept() ? "" : "not ");
+  if (check.goal.any())
+    std::printf("the goal is %sreached%s\n", check.is_kept() ? "" : "not ",
+                check.wanted_db() ? ", to within 0.5 dB" : "");
   if (is_colour) std::printf("PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n");
   std::printf("levels by %s", name_of(lasers[0].plan.slm.encoding));
   if (spec.field) std::printf("; %.2f of the SLM's light is the wanted wave", result.wanted_share);

@@ -114,17 +114,7 @@ void Panel::make_levels() {
   const bool amplitude = shows_amplitude(slm_.encoding);
   const int grey_levels = grey_levels_of(slm_);
   const bool has_lut = !slm_.lut.values.empty();
-  std::vector<double> values;
-  for (int level = 0; level < grey_levels && !has_lut; ++level) {
-    const double turns = static_cast<double>(level) / slm_.levels_per_turn;
-    values.push_back(amplitude ? level / (grey_levels - 1.0) : slm_.invert ? -turns : turns);
-  }
-  if (has_lut) values = shown_by_level(slm_.lut, grey_levels);
-  std::vector<int> used = slm_.lut.levels;
-  if (used.empty()) {
-    used.resize(has_lut ? slm_.lut.values.size() : values.size());
-    std::iota(used.begin(), used.end(), 0);
-  }
+  const auto [values, used] = values_of_levels(slm_);
   for (const double value : values)
     shown_.push_back(amplitude ? value : std::polar(1.0, 2 * std::numbers::pi * value));
 

@@ -144,7 +144,9 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, std::size_t
     planned.warnings.push_back(
         "nothing keeps " + duration_text(*goal.budget_s * static_cast<double>(lasers)) +
         ": the fastest takes " + duration_text(c.seconds * static_cast<double>(lasers)) +
-        "; a smaller hologram.resolution or wrp.grid needs less");
+        (planned.scene.given.contains("sampling.pitch")
+             ? "; --set sampling.pitch=auto lets the goal choose the given sampling.pitch, too"
+             : "; a smaller hologram.resolution or wrp.grid needs less"));
   return why_layers;
 }
 

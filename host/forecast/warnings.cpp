@@ -22,6 +22,9 @@ namespace {
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
 
+/// As 6 levels have it.
+constexpr double least_wanted_share = 0.92;
+
 /// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
 constexpr double least_image_loss = 0.05;
 
@@ -169,6 +172,20 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);
   warn_of_slm(slm_light, wavelengths_m, warn);
+  if (const double share = wanted_share_of_levels(plan.slm); share < least_wanted_share) {
+    const auto& slm = plan.slm;
+    const std::string cause = slm.levels < grey_levels_of(slm) ? "slm.levels"
+                              : !slm.lut.values.empty()        ? "slm.lut"
+                                                               : "slm.levels_per_turn";
+    warn(cause + ": the phases that the SLM shows put " + percent_text(share) +
+         " of the light into the picture; the rest makes a twin picture and haze, which the "
+         "predicted PSNR leaves out");
+  }
+  if (const auto& viewer = scene.viewer;
+      !viewer.eyepiece_m && plan.extent.near_m < -viewer.distance_m)
+    warn("the picture reaches to " + length_text(plan.extent.near_m) +
+         ", behind the viewer's eye: give a viewer.distance of more than " +
+         length_text(-plan.extent.near_m));
   for (int axis = 0; axis < 2; ++axis) {
     const double period = shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
                               plan.hologram.pitch_m[axis] +

@@ -26,16 +26,18 @@ glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
 
 /// Replaces noise of a measurement, which may turn back a little, and says by how much.
 ///
-/// throws  InputError at the first level where the LUT turns back by more
+/// throws  InputError where the LUT turns back by more, with the level that does most
 void fit_monotone(Lut& lut, double most, const char* unit, const Value& v) {
   const auto measured = lut.values;
   const double change = make_monotone(lut.values);
   if (lut.values.front() == lut.values.back())
     v.refuse("shows " + number_text(lut.values[0]) + " at every level, or at most of them");
   if (change > most) {
-    const bool rises = lut.values.back() > lut.values.front();
+    // The level that turns back by most
+    const double sign = lut.values.back() > lut.values.front() ? 1 : -1;
     std::size_t i = 1;
-    while ((measured[i] > measured[i - 1]) == rises || measured[i] == measured[i - 1]) ++i;
+    for (std::size_t k = 2; k < measured.size(); ++k)
+      if (sign * (measured[k] - measured[k - 1]) < sign * (measured[i] - measured[i - 1])) i = k;
     const auto level = lut.levels.empty() ? i : static_cast<std::size_t>(lut.levels[i]);
     v.refuse("must rise or fall from level to level; level " + std::to_string(level) + " shows " +
              number_text(measured[i]) + " after " + number_text(measured[i - 1]) +
@@ -222,7 +224,9 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
           .and_then([&](const Value& v) {
             if (slm.carrier != glm::dvec2(0)) v.fail("given without carrier: both say the same");
           }));
-  key(length("shift_distance", slm.shift_distance_m, between(1e-9, 1e4)));
+  key(length("shift_distance", slm.shift_distance_m, between(-1e4, 1e4)).and_then([&](auto& v) {
+    if (std::abs(slm.shift_distance_m) < 1e-9) v.fail("1 nm or more before or behind the SLM");
+  }));
   key(length("lens", slm.lens_m, between(-1e4, 1e4)).and_then([&](const Value& v) {
     if (std::abs(*slm.lens_m) < 1e-9) v.fail("a focal length other than 0");
   }));
@@ -308,7 +312,9 @@ SlmSpec parse_slm(const SceneText& text, double wavelength_m,
   Section root(document, document.root, "", "");
   auto slm = read_slm(root.section("slm"), wavelength_m, 10, from);
   slm.illumination = read_illumination(root.section("illumination"), from.illumination);
-  const bool is_scene = document.root.contains("object") || document.root.contains("scene");
+  // Or what scenes share: `raywave new --slm` takes it, too
+  const bool is_scene = document.root.contains("object") || document.root.contains("scene") ||
+                        document.root.contains("hologram");
   if (!is_scene) root.finish();
   slm.notes = document.notes;
   return slm;

@@ -4,8 +4,11 @@
 #include <algorithm>
 #include <charconv>
 #include <cmath>
+#include <complex>
 #include <fstream>
 #include <glm/geometric.hpp>
+#include <numbers>
+#include <numeric>
 #include <string_view>
 
 #include "host/common/error.hpp"
@@ -127,6 +130,44 @@ std::vector<double> shown_by_level(const Lut& lut, int level_count) {
   return shown;
 }
 
+LevelValues values_of_levels(const SlmSpec& slm) {
+  const bool amplitude = shows_amplitude(slm.encoding);
+  const int grey_levels = grey_levels_of(slm);
+  const bool has_lut = !slm.lut.values.empty();
+  LevelValues values;
+  for (int level = 0; level < grey_levels && !has_lut; ++level) {
+    const double turns = static_cast<double>(level) / slm.levels_per_turn;
+    values.shown.push_back(amplitude ? level / (grey_levels - 1.0) : slm.invert ? -turns : turns);
+  }
+  if (has_lut) values.shown = shown_by_level(slm.lut, grey_levels);
+  values.used = slm.lut.levels;
+  if (values.used.empty()) {
+    values.used.resize(has_lut ? slm.lut.values.size() : values.shown.size());
+    std::iota(values.used.begin(), values.used.end(), 0);
+  }
+  return values;
+}
+
+double wanted_share_of_levels(const SlmSpec& slm) {
+  if (shows_amplitude(slm.encoding)) return 1;
+  const auto values = values_of_levels(slm);
+  const bool is_even = slm.levels < grey_levels_of(slm);
+  constexpr int phases = 720;
+  std::complex<double> sum = 0;
+  for (int i = 0; i < phases; ++i) {
+    const double turns = (i + 0.5) / phases,
+                 wanted = is_even ? std::round(turns * slm.levels) / slm.levels : turns;
+    double error = 1;  // the smallest, in turns
+    for (const int level : values.used) {
+      const double off = values.shown[static_cast<std::size_t>(level)] - wanted,
+                   apart = off - std::round(off);
+      if (std::abs(apart) < std::abs(error)) error = apart;
+    }
+    sum += std::polar(1.0, 2 * std::numbers::pi * (error + wanted - turns));
+  }
+  return std::norm(sum / static_cast<double>(phases));
+}
+
 double make_monotone(std::vector<double>& values) {
   const double sign = values.back() < values.front() ? -1 : 1;
   struct Block {
@@ -175,8 +216,9 @@ glm::dvec2 Illumination::curvature_per_m() const {
 glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m) {
   if (slm.shift_m == glm::dvec2(0)) return slm.carrier;
   // Light of direction cosine s along x advances by s pitch / wavelength per pixel. It comes from
-  // behind the SLM: what moves the picture to +x in the plane z turns the light towards -x.
-  const double distance_m = std::hypot(slm.shift_m.x, slm.shift_m.y, slm.shift_distance_m);
+  // behind the SLM: what moves the picture to +x in the plane z > 0 turns the light towards -x.
+  const double distance_m = std::copysign(
+      std::hypot(slm.shift_m.x, slm.shift_m.y, slm.shift_distance_m), slm.shift_distance_m);
   const auto carrier = -slm.shift_m / distance_m * pitch_m / wavelength_m;
   if (std::max(std::abs(carrier.x), std::abs(carrier.y)) > 0.5)
     throw InputError("slm.shift: " + length_text(slm.shift_m.x) + ", " +

@@ -149,6 +149,18 @@ constexpr int grey_levels_of(const SlmSpec& slm) { return 1 << slm.bits; }
 /// throws  InputError when the shift asks for more than the SLM's band
 glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m);
 
+/// What grey levels show, and which of them are used.
+struct LevelValues {
+  std::vector<double> shown;  // by level: turns of phase, or amplitude
+  std::vector<int> used;
+};
+LevelValues values_of_levels(const SlmSpec& slm);
+
+/// Share of the light that grey levels put into the wanted wave when all phases are wanted alike:
+/// sinc^2(1 / n) of n levels evenly spread. The rest makes twin pictures and haze. 1 where levels
+/// show amplitudes.
+double wanted_share_of_levels(const SlmSpec& slm);
+
 /// The carrier that an encoding brings beside it: Burckhardt's parts stand on one.
 glm::dvec2 own_carrier_of(Encoding encoding);
 

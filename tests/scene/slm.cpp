@@ -246,6 +246,28 @@ TEST_CASE("of LUTs by wavelength, the nearest within 1 nm is taken, and no other
   CHECK(scene.slm.lut.values[255] == Approx(0.9));
 }
 
+TEST_CASE("a real image moves the same way as a virtual one as far behind the SLM") {
+  const SlmSpec behind{.shift_m = {1e-3, -2e-3}, .shift_distance_m = 0.2};
+  auto before = behind;
+  before.shift_distance_m = -0.2;
+  // Light that goes on to a real image is turned the other way than light that comes from z > 0
+  const auto turned = carrier_of(behind, glm::dvec2(8e-6), 532e-9);
+  CHECK(turned.x == Approx(-1e-3 / std::hypot(1e-3, 2e-3, 0.2) * 8e-6 / 532e-9));
+  CHECK(carrier_of(before, glm::dvec2(8e-6), 532e-9) == -turned);
+}
+
+TEST_CASE("the share of light that grey levels put into the wanted wave is that of closed forms") {
+  const auto sinc2 = [](double x) { return std::pow(std::sin(x) / x, 2); };
+  CHECK(wanted_share_of_levels({}) == Approx(1).margin(1e-4));
+  for (const int levels : {2, 3, 4, 8})
+    CHECK(wanted_share_of_levels({.levels = levels}) ==
+          Approx(sinc2(std::numbers::pi / levels)).epsilon(1e-3));
+  // Half a turn: the other phases are shown as its nearer end, up to a quarter of a turn away
+  CHECK(wanted_share_of_levels({.levels_per_turn = 512}) ==
+        Approx(std::pow(0.5 + 1 / std::numbers::pi, 2)).epsilon(0.01));
+  CHECK(wanted_share_of_levels({.encoding = Encoding::lee, .levels = 2}) == 1);
+}
+
 TEST_CASE("a wrong value in [slm] is refused with its line and what would be right") {
   struct Case {
     const char* keys;
@@ -341,14 +363,21 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
              "--set slm.levels=1: slm: levels must be 2 to 256, got 1");
 }
 
-TEST_CASE("a file of an SLM holds [slm] and nothing else, or is a scene, which may hold it, too") {
+TEST_CASE(
+    "a file of an SLM holds [slm], also beside what scenes share, or is a scene, which may hold "
+    "it, "
+    "too") {
   const Bench bench;
   CHECK(load_slm(bench.folder.write("whole.toml",
                                     "[slm]\nflip = \"y\"\n[hologram]\npitch = \"8 um\"\n"
                                     "[[object]]\nmesh = \"ball.obj\"\n"),
                  638e-9)
             .flip_y);
-  CHECK_SAYS(bench.refusal("[hologram]\n"), "unknown key \"hologram\"");
+  CHECK(load_slm(
+            bench.folder.write("bench.toml", "[hologram]\npitch = \"8 um\"\n[slm]\nflip = \"y\"\n"),
+            638e-9)
+            .flip_y);
+  CHECK_SAYS(bench.refusal("[panel]\n"), "unknown key \"panel\"");
   bench.folder.write("ball.obj", "");
   const auto scene = load_scene(
       bench.folder.write("scene.toml",
