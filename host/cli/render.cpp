@@ -192,7 +192,8 @@ void run_render(const RenderArguments& options) {
       if (is_colour) std::printf("; power %.3f", result.powers[i]);
       std::printf("\n");
     }
-    const auto drive = is_colour ? drive_text(scenes[0].colour.value(), result.powers) : "";
+    const auto drive =
+        is_colour ? drive_text(scenes[0].colour.value(), result.powers, "these holograms") : "";
     if (!drive.empty()) std::printf("lasers: %s\n", drive.c_str());
     if (check && check->is_kept()) std::printf("%s\n", check->text().c_str());
     out.print();

@@ -321,9 +321,9 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
         << "), a CIEDE2000 of " << format("%.1f", error) << " away";
   }
   out << "\n";
-  if (const auto text = drive_text(planned[0].scene.colour.value(), lasers.white_powers);
+  if (const auto text = drive_text(planned[0].scene.colour.value(), lasers.white_powers, "white");
       !text.empty())
-    out << "lasers    " << text << "\n";
+    out << "lasers    " << text << "; render says what its picture needs\n";
   std::vector<Scene> scenes;
   double seconds = 0;
   for (std::size_t i = 0; i < planned.size(); ++i) {

@@ -117,10 +117,11 @@ Json colour_json(const ColourSpec& colour, const std::vector<double>& light) {
   return j;
 }
 
-std::string drive_text(const ColourSpec& colour, const std::vector<double>& light) {
+std::string drive_text(const ColourSpec& colour, const std::vector<double>& light,
+                       const std::string& what) {
   const auto drive = drive_of(colour.lasers, colour.bench, light);
   if (drive.shares.empty()) return "";
-  std::string text = "white by ";
+  std::string text = what + " by ";
   for (std::size_t i = 0; i < light.size(); ++i)
     text += (i > 0 ? ", " : "") + percent_text(drive.shares[i]) + " at " +
             length_text(colour.lasers.wavelengths_m[i]);

@@ -36,8 +36,9 @@ struct LaserFiles {
 /// light  that the picture needs of each laser, relative (laser_powers); empty: not known
 Json colour_json(const ColourSpec& colour, const std::vector<double>& light);
 
-/// How much of the powers that colour.power gives is needed for white; empty where it gives none.
-std::string drive_text(const ColourSpec& colour, const std::vector<double>& light);
+/// How much of the powers that colour.power gives is needed for `what`; empty where it gives none.
+std::string drive_text(const ColourSpec& colour, const std::vector<double>& light,
+                       const std::string& what);
 
 /// "_638nm" in the names of a laser's files; "" where there is but one.
 std::string laser_suffix(double wavelength_m, std::size_t lasers);
