@@ -241,8 +241,10 @@ TEST_CASE("long lines are planned by measuring and equal the direct sum") {
   }
 }
 
-TEST_CASE("CPUs and devices without a compiler take the host's FFT by default, others clFFT") {
+TEST_CASE("CPUs and devices without a compiler take the host's FFT, GPUs VkFFT, others clFFT") {
   cl::DeviceInfo device{.kind = cl::DeviceKind::gpu, .online_compiler = true};
+  CHECK(cl::default_backend(device) == FftBackend::vkfft);
+  device.kind = DeviceKind::accelerator;
   CHECK(cl::default_backend(device) == FftBackend::clfft);
   device.kind = cl::DeviceKind::cpu;
   CHECK(cl::default_backend(device) == FftBackend::host);
