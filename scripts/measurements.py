@@ -350,8 +350,8 @@ def presets(seen):
 
     def cell(row):
         predicted = [laser["pictures"]["mean_psnr_db"] for laser in row["predicted"]]
-        return (f"{1e3 * row['time_s']:.3g}, {row['psnr_db']:.1f} "
-                f"({sum(predicted) / len(predicted):.1f})")
+        ms = float(f"{1e3 * row['time_s']:.3g}")
+        return f"{ms:g}, {row['psnr_db']:.1f} ({sum(predicted) / len(predicted):.1f})"
 
     for scene in EIGHT:
         yield [f"`{scene}`", *(cell(rows[scene][preset]) for preset in PRESETS)]
