@@ -56,6 +56,10 @@ double wanted_resolution_m(const Scene& scene, const Plan& plan) {
       {limit.x, limit.y, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan))});
 }
 
+bool may_refine(const Scene& scene) {
+  return !shows_amplitude(scene.slm.encoding) && !scene.given.contains("refine.iterations");
+}
+
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
   return Candidates(scene, world, device).choices(std::numeric_limits<double>::infinity());
 }
@@ -233,7 +237,7 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     if (!scene_.refine) {
       c.iterations = 0;
       add_choice(1);
-      if (!serves_samples(plan) || shows_amplitude(scene_.slm.encoding)) continue;
+      if (!serves_samples(plan) || !may_refine(scene_)) continue;
       auto paced = plan;
       paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
       const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer.pupil_m);

@@ -337,7 +337,7 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     const auto without = chosen(all, goal);
     const bool knows_refinement = candidates->plan().extent.near_m > 0;
     if (knows_refinement && (goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) &&
-        !s.refine && !shows_amplitude(s.slm.encoding)) {
+        !s.refine && may_refine(s)) {
       refine();
       Candidates refined(s, world, device);
       auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);
