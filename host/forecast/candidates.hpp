@@ -44,6 +44,7 @@ struct Choice {
   Cone cone{};                                            // sampling.cone and sampling.apodization
   int iterations = 0;                                     // refine.iterations; 0: as the scene says
   double seconds = 0, psnr_db = 0;
+  double sure_db = 0;  // that pictures have at least, in all likelihood
 };
 
 /// All candidates, the coarsest pitch first.
