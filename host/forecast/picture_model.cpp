@@ -473,7 +473,6 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   PicturePrediction prediction;
   prediction.window = model.window;
   prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
-  prediction.towards_lens = model.refined_depths > 0;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;

@@ -82,14 +82,13 @@ struct PicturePrediction {
   double field_psnr_db = 0;     // mean of the rows, of the complex field
   PictureWindow window;         // that they are of
   bool refined = false;
-  bool towards_lens = false;  // refined; false: towards pictures made of samples
-  bool dark = false;          // no light is seen: nothing can be said of the pictures
+  bool dark = false;  // no light is seen: nothing can be said of the pictures
   // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`
   // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 
   /// Pictures are hardly ever measured farther below the prediction.
-  double margin_db() const { return towards_lens ? 2.5 : refined ? 2 : 1; }
+  double margin_db() const { return refined ? 2.5 : 1; }
   double sure_db() const { return mean_psnr_db - margin_db(); }
 };
 
