@@ -56,6 +56,10 @@ double wanted_resolution_m(const Scene& scene, const Plan& plan) {
       {limit.x, limit.y, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan))});
 }
 
+bool may_refine(const Scene& scene) {
+  return !shows_amplitude(scene.slm.encoding) && !scene.given.contains("refine.iterations");
+}
+
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {
   return Candidates(scene, world, device).choices(std::numeric_limits<double>::infinity());
 }
@@ -223,19 +227,25 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     c.padding = padding;
     set_padding(plan, padding);
     work.butterflies = count_butterflies(plan, c.frames);
+    const auto predict = [&](const PictureModel& model, double padding_error) {
+      const auto pictures = predict_pictures(model, pattern, c.frames, padding_error);
+      c.psnr_db = pictures.mean_psnr_db;
+      c.sure_db = pictures.sure_db();
+      all.push_back(c);
+    };
     const auto add_choice = [&, error = error](int rounds) {
       c.seconds = predict_times(work, device_.rates).total_s();
       auto model = *layout.model;
       model.refined_rounds *= rounds;
-      c.psnr_db = predict_pictures(model, pattern, c.frames, error).mean_psnr_db;
-      all.push_back(c);
+      predict(model, error);
     };
     if (!scene_.refine) {
       c.iterations = 0;
       add_choice(1);
-      if (!serves_samples(plan) || shows_amplitude(scene_.slm.encoding)) continue;
+      if (!serves_samples(plan) || !may_refine(scene_)) continue;
       auto paced = plan;
       paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
+      paced.refine->pupil_m = scene_.viewer.pupil_m;
       const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer.pupil_m);
       for (const int iterations : paced_tried) {
         if (iterations < least) continue;
@@ -245,9 +255,8 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
         c.iterations = iterations;
         c.seconds = predict_times(with, device_.rates).total_s();
         auto model = *layout.model;
-        model.paced = iterations;
-        c.psnr_db = predict_pictures(model, pattern, c.frames, error).mean_psnr_db;
-        all.push_back(c);
+        set_refinement(model, paced);
+        predict(model, error);
       }
       continue;
     }

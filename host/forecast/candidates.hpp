@@ -32,6 +32,9 @@ inline constexpr std::array rounds_tried{1, 2, 4};
 /// nothing of refinement.
 inline constexpr std::array paced_tried{2, 4, 8};
 
+/// Whether goals may refine where the scene does not: for phases, unless refine.iterations is 0.
+bool may_refine(const Scene& scene);
+
 /// A candidate: values for what the scene leaves open, and what is predicted of them.
 struct Choice {
   double pitch_m = 0, padding = 0;
@@ -41,6 +44,7 @@ struct Choice {
   Cone cone{};                                            // sampling.cone and sampling.apodization
   int iterations = 0;                                     // refine.iterations; 0: as the scene says
   double seconds = 0, psnr_db = 0;
+  double sure_db = 0;  // that pictures have at least, in all likelihood
 };
 
 /// All candidates, the coarsest pitch first.

@@ -35,9 +35,11 @@ constexpr double end_in_cells = 6, step_of_pattern = 0.5;
 /// one sample misses at edges; for 6 depths and 1 frame. Light, over the root of the spots that a
 /// blur holds. Fitted to nine demo scenes at 1 and 4 frames (docs/planning.md).
 constexpr double refined_light = 8e-3, refined_missing = 0.04, refined_edges = 0.19;
-/// What iterations n towards pictures made of samples leave of the error of phases: rest + first /
-/// n^2. By scripts/fit, of presets of five scenes.
-constexpr double paced_rest = 0.09, paced_first = 0.42;
+/// What n iterations towards pictures made of samples leave of the error of phases: paced_rest +
+/// paced_first / n^paced_power, more where parts and depths contradict each other, less where
+/// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
+constexpr double paced_rest = 0.095, paced_first = 0.39, paced_power = 1.3;
+constexpr double paced_parts = 0.09, paced_depth = 0.038, paced_frames = 0.37;
 constexpr double refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
@@ -57,6 +59,15 @@ struct EncodingNoise {
 EncodingNoise noise_of(Encoding encoding, double filled) {
   if (encoding == Encoding::phase) return {6.2e-3, 0.25, 2};
   return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016), 0.06, 0, 0.85};
+}
+
+/// Share of the error of phases that refinement at the pace of frames leaves.
+double left_by(const Pace& pace, int frames) {
+  if (pace.iterations == 0) return 1;
+  const double left = paced_rest + paced_first / std::pow(pace.iterations, paced_power);
+  return std::min(1.0, left *
+                           (1 + paced_parts * pace.parts + paced_depth * pace.depth * pace.depth) /
+                           std::pow(frames, paced_frames));
 }
 
 using Raster = std::vector<float>;
@@ -380,20 +391,31 @@ private:
 
 }  // namespace
 
+void set_refinement(PictureModel& model, const Plan& plan) {
+  if (!plan.refine) return;
+  const auto& refine = *plan.refine;
+  const double blur_m = refine.blur_m.value();
+  model.pace = {};
+  model.refined_depths = 0;
+  if (refines_samples(plan)) {
+    const auto parts = refine_parts(plan, blur_m, refine.pupil_m);
+    model.pace = {planned_iterations(plan), parts.x * parts.y,
+                  depth_over_held(plan, blur_m, refine.pupil_m)};
+    return;
+  }
+  const auto places = planned_places(plan);
+  for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
+  const double needed = refine_iterations(places);
+  model.refined_rounds = refine.iterations.value_or(needed) / needed;
+}
+
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m) {
   PictureModel model;
   model.resolution_m = resolution_m;
   model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
-  if (const auto& refine = plan.refine; refine && refines_samples(plan)) {
-    model.paced = planned_iterations(plan);
-  } else if (refine) {
-    const auto places = planned_places(plan);
-    for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
-    const double needed = refine_iterations(places);
-    model.refined_rounds = refine->iterations.value_or(needed) / needed;
-  }
+  set_refinement(model, plan);
   model.band_filled = plan.hologram.band_filled;
   model.spot_m = limit_m(plan, middle_m(plan));
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
@@ -450,7 +472,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.window = model.window;
-  prediction.refined = model.refined_depths > 0 || model.paced > 0;
+  prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
@@ -459,10 +481,9 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   // interferes with the picture.
   const double wrapped = std::min(1.0, padding_error * padding_error);
   // What few iterations leave of the errors that phases alone and the samples' interference make
-  const double left =
-      model.paced > 0 ? (paced_rest + paced_first / (1.0 * model.paced * model.paced)) : 1;
+  const double left = left_by(model.pace, frames);
   const auto noise =
-      noise_of(model.paced > 0 ? Encoding::phase : model.encoding, model.band_filled);
+      noise_of(model.pace.iterations > 0 ? Encoding::phase : model.encoding, model.band_filled);
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];

@@ -38,19 +38,28 @@ struct PictureRow {
   std::vector<PictureLayer> layers{};
 };
 
+/// Refinement at the pace of frames (docs/refine.md).
+struct Pace {
+  int iterations = 0;  // towards pictures made of samples; 0: there are none
+  int parts = 1;       // of the hologram
+  double depth = 0;    // of the scene, over what a part's picture holds
+};
 struct PictureModel {
   double resolution_m = 0;  // pictures are blurred by blur_of_resolution of it
   Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
-  double band_filled = 0;     // share of the SLM's band that the scene needs, mean of the axes
-  double stopped = 0;         // share of the light that slm.stop cuts off
-  int refined_depths = 0;     // whole pictures that phases are refined towards; 0: they are not
-  int paced = 0;              // iterations towards pictures made of samples; 0: there are none
+  double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
+  double stopped = 0;      // share of the light that slm.stop cuts off
+  int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
+  Pace pace;
   double refined_rounds = 1;  // iterations, over refine_iterations of these pictures
   PictureWindow window;
   std::vector<PictureRow> rows;
 };
+
+/// Takes over how the plan's hologram is refined, if it is.
+void set_refinement(PictureModel& model, const Plan& plan);
 
 /// Model of the pictures that a plan's hologram shows.
 PictureModel picture_model(const FrontView& view, const Plan& plan, double resolution_m);
@@ -77,6 +86,10 @@ struct PicturePrediction {
   // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`
   // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
+
+  /// Pictures are hardly ever measured farther below the prediction.
+  double margin_db() const { return refined ? 2.5 : 1; }
+  double sure_db() const { return mean_psnr_db - margin_db(); }
 };
 
 /// padding_error  of the field, relative (host/carriers/wrps/planning/padding_errors.hpp)

@@ -67,9 +67,24 @@ const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
   return best ? *best : most_accurate(all);
 }
 
+/// A PSNR that is asked for may be missed by as much.
+constexpr double psnr_tolerance_db = 1;
+
+bool is_sure(const Choice& c, double psnr_db) { return c.sure_db >= psnr_db - psnr_tolerance_db; }
+
+/// The fastest that reaches this PSNR surely; where none does, one near the most accurate.
+const Choice& fastest_surely_reaching(const std::vector<Choice>& all, double psnr_db) {
+  const Choice* best = nullptr;
+  for (const auto& c : all)
+    if (is_sure(c, psnr_db) && (!best || c.seconds < best->seconds)) best = &c;
+  constexpr double no_gain = 0.5;
+  return best ? *best
+              : fastest_reaching(all, std::max(psnr_db, most_accurate(all).psnr_db - no_gain));
+}
+
 const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
   if (goal.budget_s) return most_accurate_within(all, *goal.budget_s);
-  if (goal.psnr_db) return fastest_reaching(all, *goal.psnr_db);
+  if (goal.psnr_db) return fastest_surely_reaching(all, *goal.psnr_db);
   const auto least = most_accurate_within(all, 0).psnr_db;  // of the fastest
   const auto most = most_accurate(all).psnr_db;
   const auto preset = static_cast<std::size_t>(*goal.preset);
@@ -176,13 +191,20 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
   return percent_text(share) + " of the error is " + text;
 }
 
-/// Says where the plan does not reach the PSNR that was asked for.
+/// Says where the plan does not reach the PSNR that was asked for, or not surely.
 void check_psnr(double asked_db, Planned& planned) {
   const auto& pictures = planned.prediction.pictures;
-  if (!pictures || pictures->dark || pictures->mean_psnr_db >= asked_db - 0.05) return;
-  planned.warnings.push_back("nothing reaches " + decibels_text(asked_db) +
-                             ": the most accurate has " + decibels_text(pictures->mean_psnr_db) +
-                             "; " + advice_on(*pictures, planned));
+  constexpr double rounding_db = 0.05;
+  if (!pictures || pictures->dark ||
+      pictures->sure_db() >= asked_db - psnr_tolerance_db - rounding_db)
+    return;
+  const bool is_likely = pictures->mean_psnr_db >= asked_db - rounding_db;
+  const auto asked = decibels_text(asked_db), predicted = decibels_text(pictures->mean_psnr_db);
+  planned.warnings.push_back(
+      (is_likely ? asked + " may be missed: " + predicted + " are predicted, within " +
+                       decibels_text(pictures->margin_db())
+                 : "nothing reaches " + asked + ": the most accurate has " + predicted) +
+      "; " + advice_on(*pictures, planned));
 }
 
 /// Time, pictures and errors of the plan.
@@ -202,7 +224,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   const double propagation = propagation_error_of(plan);
   const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
   if (auto model = candidates.model_of(plan.most_layers, plan.cone)) {
-    if (plan.refine && refines_samples(plan)) model->paced = planned_iterations(plan);
+    set_refinement(*model, plan);
     prediction.pictures =
         predict_pictures(*model, lattice_pattern(*model, s.sampling.pitch_m), s.sampling.frames,
                          wrps ? predicted_padding_errors(plan, {wrps->padded})[0] : propagation);
@@ -338,17 +360,19 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
     const bool knows_refinement = candidates->plan().extent.near_m > 0;
-    if (knows_refinement && (goal.budget_s || without.psnr_db < goal.psnr_db.value_or(0)) &&
-        !s.refine && !shows_amplitude(s.slm.encoding)) {
+    if (knows_refinement && (goal.budget_s || (goal.psnr_db && !is_sure(without, *goal.psnr_db))) &&
+        !s.refine && may_refine(s)) {
       refine();
       Candidates refined(s, world, device);
       auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);
       if (const auto& most = most_accurate(all_refined); most.psnr_db > best.psnr_db) best = most;
       all_refined = with_frames(std::move(all_refined), shown);
       const auto& with = chosen(all_refined, goal);
-      if (with.psnr_db > without.psnr_db && with.seconds <= goal.budget_s.value_or(with.seconds)) {
+      const bool is_better =
+          goal.psnr_db ? with.sure_db > without.sure_db : with.psnr_db > without.psnr_db;
+      if (is_better && with.seconds <= goal.budget_s.value_or(with.seconds)) {
         why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
-                      " are reached" + (goal.budget_s ? " in that time" : "");
+                      " are expected" + (goal.budget_s ? " in that time" : "");
         all = std::move(all_refined);
         candidates.emplace(std::move(refined));
       } else {

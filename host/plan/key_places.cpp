@@ -107,10 +107,7 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
-namespace {
-
-/// Parts of the hologram along each axis.
-glm::ivec2 parts_of(const Plan& plan, double blur_m, double pupil_m) {
+glm::ivec2 refine_parts(const Plan& plan, double blur_m, double pupil_m) {
   const auto window_m = plan.window_m();
   const double middle_m = (plan.extent.near_m + plan.extent.far_m) / 2;
   auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
@@ -118,6 +115,8 @@ glm::ivec2 parts_of(const Plan& plan, double blur_m, double pupil_m) {
   const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
   return glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0);
 }
+
+namespace {
 
 /// Depth that the picture of a part holds, before and behind its own.
 double held_by_part_m(const Plan& plan, double blur_m, glm::ivec2 parts) {
@@ -128,10 +127,13 @@ double held_by_part_m(const Plan& plan, double blur_m, glm::ivec2 parts) {
 
 }  // namespace
 
+double depth_over_held(const Plan& plan, double blur_m, double pupil_m) {
+  return (plan.extent.far_m - plan.extent.near_m) /
+         held_by_part_m(plan, blur_m, refine_parts(plan, blur_m, pupil_m));
+}
+
 int least_paced_iterations(const Plan& plan, double blur_m, double pupil_m) {
-  const double held_m = held_by_part_m(plan, blur_m, parts_of(plan, blur_m, pupil_m));
-  return static_cast<int>(
-      std::ceil(std::min((plan.extent.far_m - plan.extent.near_m) / (1.4 * held_m), 1e6)));
+  return static_cast<int>(std::ceil(std::min(depth_over_held(plan, blur_m, pupil_m) / 1.4, 1e6)));
 }
 
 bool serves_samples(const Plan& plan) {
@@ -156,7 +158,7 @@ std::vector<KeyPlace> planned_places(const Plan& plan) {
 std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
                                   std::vector<double> depths_m) {
   const double near_m = plan.extent.near_m, far_m = plan.extent.far_m;
-  const auto parts = parts_of(plan, blur_m, pupil_m);
+  const auto parts = refine_parts(plan, blur_m, pupil_m);
   const double held_m = held_by_part_m(plan, blur_m, parts);
   const int enough =
       std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,

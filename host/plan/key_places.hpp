@@ -45,6 +45,12 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
                                   std::vector<double> depths_m = {});
 
+/// Parts of the hologram along each axis.
+glm::ivec2 refine_parts(const Plan& plan, double blur_m, double pupil_m);
+
+/// Depth of the scene over what the picture of a part holds.
+double depth_over_held(const Plan& plan, double blur_m, double pupil_m);
+
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);
 

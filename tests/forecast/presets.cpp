@@ -303,6 +303,39 @@ TEST_CASE("a PSNR that no encoding reaches is reached by refinement, at its pric
   CHECK(warns(p, "nothing reaches"));
 }
 
+TEST_CASE("a scene that says refine.iterations = 0 is not refined for a goal") {
+  const auto scene = data_scene("teapot.toml", {"refine.iterations=0"});
+  const auto world = build_world(scene);
+  for (const Goal& goal : {Goal{{}, {}, 60.0}, Goal{{}, 30.0}, Goal{Preset::reference}}) {
+    const auto p = plan_scene(scene, world, {}, goal);
+    CHECK_FALSE(p.scene.refine);
+    CHECK(p.prediction.times.refine_s == 0);
+    CHECK(warns(p, "nothing reaches") == goal.psnr_db.has_value());
+  }
+}
+
+TEST_CASE("a PSNR is aimed at from above, as far as predictions may be wrong, or a line says so") {
+  const auto scene = data_scene("study.toml", {"viewer.resolution=100 um"});
+  const auto world = build_world(scene);
+  for (const double asked_db : {36.0, 41.0, 50.0, 60.0, 63.0}) {
+    CAPTURE(asked_db);
+    const auto p = plan_scene(scene, world, {}, {{}, {}, asked_db});
+    const double predicted_db = p.prediction.pictures->mean_psnr_db;
+    const double surely_db = p.prediction.pictures->sure_db() + 1;
+    CHECK(warns(p, "nothing reaches") == (predicted_db < asked_db - 0.05));
+    CHECK(warns(p, "may be missed") ==
+          (predicted_db >= asked_db - 0.05 && surely_db < asked_db - 0.05));
+    CHECK((p.scene.refine.has_value() || surely_db >= asked_db - 0.05));
+  }
+}
+
+TEST_CASE("more iterations towards a lens are predicted as they were chosen") {
+  const auto scene = data_scene("study.toml", {"viewer.resolution=100 um"});
+  const auto p = plan_scene(scene, build_world(scene), {}, {{}, {}, 60.0});
+  CHECK(p.scene.refine.value().iterations.value() > 28);
+  CHECK(p.prediction.pictures->mean_psnr_db >= 60);
+}
+
 TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);
