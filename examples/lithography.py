@@ -4,19 +4,24 @@
     raywave encode out/field.npy --format npy --set slm.levels=2 -o mask   # or 4, 8 ... levels
     python examples/lithography.py mask --index 1.46 --tile 4096 -o tiles
 
-The TIFFs hold a height for each pixel: 1 bit where there are two levels (1 is the higher one),
-else 16-bit numbers, in nm / 10. tiles.json tells their places, the step and the unit. With two
-levels, mask.gds has the higher pixels, runs of a row as one rectangle; 1 um units, 1 nm grid.
-Rows of pictures go down; y of GDSII and of tiles.json goes up from the hologram's middle.
+The TIFFs hold a height for each pixel: 1 bit where there are two levels (1, shown white, is the
+higher one, of a mirror the deeper one), else 16-bit numbers, in nm / 10; their resolution is that
+of the pitch. tiles.json tells their places, the steps, the unit and what 0 and 1 are. Rows of
+pictures go down; y of GDSII and of tiles.json goes up from the hologram's middle.
 
 --index N   relief of refractive index N that light passes: more height, more phase
 --mirror    a mirror's depth instead: light passes it twice, and deeper is more phase
-Needs numpy, tifffile and, for two levels, gdstk.
+--gds       of two levels also mask.gds, the higher pixels, runs of a row as one rectangle; 1 um
+            units, 1 nm grid. 16384 x 16384 pixels take minutes and gigabytes
+Needs numpy, tifffile and, for --gds, gdstk.
 """
 
 import argparse
+import importlib.util
 import json
+import math
 import pathlib
+import sys
 
 import numpy as np
 import tifffile
@@ -31,6 +36,10 @@ def heights_nm(levels, slm, wavelength_m, index):
     return turns * wavelength_m * 1e9 / ((index - 1) if index else 2)
 
 
+def say(text):
+    print(text, file=sys.stderr, flush=True)
+
+
 def save_gds(file, high, pitch_m):
     """A rectangle for each run of high pixels in a row."""
     import gdstk
@@ -40,10 +49,13 @@ def save_gds(file, high, pitch_m):
     ny, nx = high.shape
     edges = np.diff(np.pad(high.astype(np.int8), ((0, 0), (1, 1))), axis=1)
     for row in range(ny):
+        if row % 1024 == 0:
+            say(f"mask.gds: row {row} of {ny}")
         y = (ny / 2 - row) * py
         starts, ends = np.flatnonzero(edges[row] == 1), np.flatnonzero(edges[row] == -1)
         for first, end in zip(starts, ends):
             cell.add(gdstk.rectangle(((first - nx / 2) * px, y - py), ((end - nx / 2) * px, y)))
+    say("mask.gds: writing")
     library.write_gds(file)
 
 
@@ -53,6 +65,7 @@ def main():
     parser.add_argument("hologram", type=pathlib.Path, help="folder with hologram.npy, report.json")
     parser.add_argument("-o", "--output", type=pathlib.Path, required=True)
     parser.add_argument("--tile", type=int, default=4096, help="most pixels of a side")
+    parser.add_argument("--gds", action="store_true", help="of two levels: mask.gds, too")
     kind = parser.add_mutually_exclusive_group(required=True)
     kind.add_argument("--index", type=float)
     kind.add_argument("--mirror", action="store_true")
@@ -71,24 +84,42 @@ def main():
     is_binary = len(steps) <= 2
     pitch_m = scene["hologram"]["pitch_m"]
     ny, nx = heights.shape
-    options.output.mkdir(parents=True)
+    what = "depth of a mirror" if options.mirror else "height"
+    if options.gds and not is_binary:
+        raise SystemExit(f"lithography.py: --gds: needs two levels, and this has {len(steps)}")
+    if options.gds and importlib.util.find_spec("gdstk") is None:
+        raise SystemExit("lithography.py: --gds: needs gdstk (pip install gdstk)")
+    try:
+        options.output.mkdir(parents=True)
+    except OSError as error:
+        raise SystemExit(f"lithography.py: {options.output}: {error.strerror}; give a folder that "
+                         "is not there yet") from None
     tiles = []
+    tiles_of_all = math.ceil(ny / options.tile) * math.ceil(nx / options.tile)
     for y in range(0, ny, options.tile):
         for x in range(0, nx, options.tile):
             part = heights[y:y + options.tile, x:x + options.tile]
             name = f"tile_{x}_{y}.tif"
-            tifffile.imwrite(options.output / name, part > steps[0] if is_binary
-                             else np.round(10 * part).astype(np.uint16))
+            say(f"{name}: {len(tiles) + 1} of {tiles_of_all}")
+            tifffile.imwrite(
+                options.output / name,
+                part > steps[0] if is_binary else np.round(10 * part).astype(np.uint16),
+                photometric="minisblack", resolutionunit="CENTIMETER",
+                resolution=tuple(0.01 / p for p in pitch_m))
             tiles.append({"file": name, "left_m": (x - nx / 2) * pitch_m[0],
                           "top_m": (ny / 2 - y) * pitch_m[1],
                           "size_px": [part.shape[1], part.shape[0]]})
+    # Of one level nothing is higher, and all pixels are 0
+    values = {"0": steps[0], "1": steps[-1]} if is_binary else None
     (options.output / "tiles.json").write_text(json.dumps(
         {"pitch_m": pitch_m, "heights_nm": steps.tolist(), "unit_nm": None if is_binary else 0.1,
-         "what": "depth of a mirror" if options.mirror else "height", "tiles": tiles}, indent=1))
-    if is_binary:
+         "what": what, "nm_of_values": values, "photometric": "MinIsBlack",
+         "tiles": tiles}, indent=1))
+    if options.gds:
         save_gds(options.output / "mask.gds", heights > steps[0], pitch_m)
-    print(f"{len(tiles)} tiles of {nx} x {ny} pixels, {len(steps)} heights of {steps[0]:.4g} to "
-          f"{steps[-1]:.4g} nm" + (", mask.gds" if is_binary else ""))
+    print(f"{nx} x {ny} pixels in {len(tiles)} tile(s) of at most {min(options.tile, nx)} x "
+          f"{min(options.tile, ny)}, {len(steps)} heights of {steps[0]:.4g} to {steps[-1]:.4g} nm"
+          + (", mask.gds" if options.gds else ""))
 
 
 if __name__ == "__main__":

@@ -17,8 +17,11 @@ def lithography(folder, levels, *options):
     slm = {"lut": [], "invert": False, "levels_per_turn": 256}
     (mask / "report.json").write_text(json.dumps(
         {"scene": {"hologram": {"pitch_m": [2e-6, 1e-6], "wavelength_m": 640e-9}, "slm": slm}}))
-    subprocess.run([sys.executable, str(ROOT / "examples/lithography.py"), str(mask), "-o",
-                    str(folder / "tiles"), *options], check=True)
+    call = [sys.executable, str(ROOT / "examples/lithography.py"), str(mask), "-o",
+            str(folder / "tiles"), *options]
+    subprocess.run(call, check=True)
+    again = subprocess.run(call, text=True, capture_output=True)
+    assert again.returncode == 1 and again.stderr.count("\n") == 1, again.stderr
     tiles = json.loads((folder / "tiles/tiles.json").read_text())
     whole = np.full(levels.shape, -1.0)
     tifffile = pytest.importorskip("tifffile")
@@ -45,10 +48,25 @@ def test_a_mask_of_two_levels_has_the_area_and_places_of_its_high_pixels(tmp_pat
     gdstk = pytest.importorskip("gdstk")
     high = np.random.default_rng(2).random((13, 21)) > 0.5
     tiles, whole = lithography(tmp_path, np.where(high, np.uint8(128), np.uint8(0)), "--mirror",
-                               "--tile", "8")
+                               "--tile", "8", "--gds")
     assert np.array_equal(whole > 0, high)
-    assert tiles["heights_nm"] == [0, 160]
+    assert tiles["heights_nm"] == [0, 160] and tiles["nm_of_values"] == {"0": 0, "1": 160}
     polygons = gdstk.read_gds(tmp_path / "tiles/mask.gds").top_level()[0].polygons
     assert abs(sum(p.area() for p in polygons) - high.sum() * 2) < 1e-6
     centres = [((x - 10) * 2, 6 - y) for y, x in np.argwhere(high)]  # um, of 21 x 13 pixels
     assert all(gdstk.inside(centres, polygons))
+
+
+def test_readers_of_tiffs_show_the_higher_level_white_at_the_pitch(tmp_path):
+    tifffile = pytest.importorskip("tifffile")
+    image = pytest.importorskip("PIL.Image")
+    high = np.random.default_rng(3).random((13, 21)) > 0.5
+    lithography(tmp_path, np.where(high, np.uint8(128), np.uint8(0)), "--index", "1.5")
+    tile = tmp_path / "tiles/tile_0_0.tif"
+    assert not (tmp_path / "tiles/mask.gds").exists()
+    assert np.array_equal(np.array(image.open(tile)) > 0, high)
+    tags = tifffile.TiffFile(tile).pages[0].tags
+    assert tags["PhotometricInterpretation"].value == tifffile.PHOTOMETRIC.MINISBLACK
+    assert tags["ResolutionUnit"].value == tifffile.RESUNIT.CENTIMETER
+    per_cm = [tags[name].value[0] / tags[name].value[1] for name in ("XResolution", "YResolution")]
+    assert np.allclose(per_cm, [5000, 10000])
