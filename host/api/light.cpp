@@ -12,6 +12,7 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/trade/trade.hpp"
+#include "host/geometry/world.hpp"
 #include "host/plan/padded_plane.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/propagate/double_propagation.hpp"
@@ -20,6 +21,7 @@
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
+#include "host/view/preview.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave::v0 {
@@ -221,23 +223,46 @@ Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
   return as_picture(picture_of_lasers(lasers, light));
 }
 
-Picture lens(const Scene& scene, const ViewOptions& options, int points) {
-  const auto opened = open(options.on);
+namespace {
+
+/// What a lens sees of a scene, all its lasers in one picture.
+///
+/// what_of  tells how, of the world and the plan of the first laser
+template <class WhatOf>
+Picture seen_by_lens(const Scene& scene, const DeviceOptions& on, const Progress& progress,
+                     const WhatOf& what_of) {
+  const auto opened = open(on);
   const auto world = scene.state().world();
   const auto& scenes = scene.state().scenes;
   std::vector<raywave::Plan> plans;
   for (const auto& one : scenes) plans.push_back(make_plan(one, world));
   DeviceScene arrays(opened.device, world, plans[0]);
-  const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
-                      vector_of(options.aperture), points};
+  const LensSpec what = what_of(world, plans[0]);
   std::vector<Image> seen;
   for (std::size_t i = 0; i < plans.size(); ++i) {
     if (plans.size() > 1) arrays.show(plans[i]);
-    const auto progress = part_of(options.progress, i, plans.size());
-    seen.push_back(lens_picture(opened.device, plans[i], arrays, what, share_of(progress, "lens")));
+    seen.push_back(lens_picture(opened.device, plans[i], arrays, what,
+                                share_of(part_of(progress, i, plans.size()), "lens")));
   }
   if (seen.size() == 1) return as_picture(std::move(seen[0]));
   return as_picture(picture_of_lasers(scenes[0].colour.value().lasers, seen));
+}
+
+}  // namespace
+
+Picture lens(const Scene& scene, const ViewOptions& options, int points) {
+  const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
+                      vector_of(options.aperture), points};
+  return seen_by_lens(scene, options.on, options.progress,
+                      [&](const auto&, const auto&) { return what; });
+}
+
+Picture preview(const Scene& scene, const PreviewOptions& options) {
+  std::optional<glm::dvec2> window_m;
+  if (options.window_m) window_m = vector_of(*options.window_m);
+  return seen_by_lens(scene, options.on, {}, [&](const World& world, const raywave::Plan& plan) {
+    return preview_spec(positions_now(world), plan, options.z_m, window_m, vector_of(options.view));
+  });
 }
 
 Levels encode(const FieldView& field, const Slm& slm, const Pixels& pixels,

@@ -4,7 +4,8 @@
     import raywave as rw
 
     scene = rw.load_scene("teapot.toml", {"hologram.pitch": "8 um"})
-    holo = rw.render(scene)                       # holo.levels for the SLM, holo.field
+    holo = rw.render(scene)                       # holo.levels, holo.field
+    slm.display(holo.for_slm())                   # turned and flipped as the SLM is sent it
     image = rw.reconstruct(holo.field, z=0.1)     # what it shows 100 mm away
 
 Lengths are metres, angles degrees. Planes are arrays of the shape (ny, nx): row 0 on top (largest
@@ -60,6 +61,7 @@ from ._render import (
     animate,
     lens,
     plan,
+    preview,
     refine,
     render,
 )
@@ -103,6 +105,7 @@ __all__ = [
     "metrics",
     "pattern",
     "plan",
+    "preview",
     "propagate",
     "quality",
     "reconstruct",

@@ -557,6 +557,37 @@ def lens(
     return result
 
 
+def preview(
+    scene: Scene | Plan,
+    z: float | None = None,
+    view: Sequence[float] = (0.0, 0.0),
+    *,
+    window: Pair | None = None,
+    device: str = "",
+) -> Picture:
+    """What an eye sees of the scene through the middle of the hologram, all depths in focus, one
+    ray to a pixel: the picture of `raywave preview`, at once.
+
+    z: of the plane in which the picture is measured, in metres; the scene's middle when not given.
+    view: as for reconstruct. window: size of the picture around the axis, in metres; all of the
+    scene that the hologram's pixels can show when not given.
+
+    Returns radiance, (ny, nx), float32, in the hologram's frame as rw.lens and rw.reconstruct: an
+    eye sees image[:, ::-1]. Its pixels are the hologram's, or a whole number of times as large, so
+    that the longer side has at most 320 or so. Of a scene of several lasers linear sRGB,
+    (ny, nx, 3). Raises InputError when the scene, z, window or view are not possible; DeviceError.
+    """
+    x, y = _pair(view, "view")
+    result: Picture = _core.preview(
+        _scene_of(scene)._core,
+        None if z is None else _number(z, "z"),
+        None if window is None else _pair(window, "window"),
+        (x, y),
+        _text(device, "device"),
+    )
+    return result
+
+
 @overload
 def refine(
     scene: Scene | Plan,

@@ -135,6 +135,19 @@ void add_light(nb::module_& m) {
       "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "points"_a, "device"_a,
       "progress"_a.none());
   m.def(
+      "preview",
+      [](raywave::Scene scene, std::optional<double> z, std::optional<raywave::Vec2> window,
+         raywave::Vec2 view, const std::string& device) {
+        const raywave::PreviewOptions options{z, window, view, device_options(device, "")};
+        raywave::Picture picture;
+        {
+          const nb::gil_scoped_release release;
+          picture = raywave::preview(scene, options);
+        }
+        return picture_array(std::move(picture));
+      },
+      "scene"_a, "z"_a.none(), "window"_a.none(), "view"_a, "device"_a);
+  m.def(
       "encode",
       [](nb::handle field, const raywave::Slm& slm, raywave::Pixels pixels,
          const std::string& device) {

@@ -115,6 +115,20 @@ def test_arrays_have_the_shapes_and_types_that_the_docs_say(scene):
     assert rw.lens(scene, z=0.01, points=2).shape == (32, 48)
 
 
+@pytest.mark.parametrize("name", ["study.toml", "colour.toml"])
+def test_a_preview_is_the_picture_of_the_command_line(program, tmp_path, name):
+    image = pytest.importorskip("matplotlib.image")
+    told = json.loads(subprocess.run(
+        [program, "preview", DATA / name, "-o", tmp_path, "--json"], check=True, text=True,
+        capture_output=True).stdout)
+    seen = rw.preview(rw.load_scene(DATA / name))
+    assert list(seen.shape[1::-1]) == told["size"]
+    light = np.clip(seen[:, ::-1] / told["white"], 0, 1)  # as an eye sees it
+    srgb = np.where(light <= 0.0031308, 12.92 * light, 1.055 * light ** (1 / 2.4) - 0.055)
+    png = image.imread(tmp_path / "preview.png")
+    assert np.abs(srgb - png).max() < 1.01 / 255
+
+
 def test_what_a_plan_warns_of_is_warned_of_by_what_renders_it(scene):
     scene.set({"hologram.wavelength": "900 nm"})
     (warning, *_) = rw.plan(scene).warnings

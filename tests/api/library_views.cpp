@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // What holograms show, through the headers of the shared library alone.
+#include <algorithm>
 #include <cmath>
 #include <cstdlib>
 #include <numbers>
@@ -155,6 +156,49 @@ TEST_CASE("a hologram shows what a lens sees, through every function of the libr
   const auto same = compare(hologram.field(), hologram.field());
   CHECK(same.correlation == Catch::Approx(1));
   CHECK(std::isinf(compare(seen, seen).psnr_db));
+}
+
+TEST_CASE("a preview shows the outline of a sphere as the middle of the hologram sees it") {
+  // The cone that touches a sphere of radius 3, 10 away, in the plane z
+  const double radius = 3e-3, distance = 10e-3;
+  auto scene = parse_scene(
+      "[hologram]\nresolution = [48, 32]\npitch = \"4 um\"\n[[light]]\ntype = \"ambient\"\n"
+      "[[object]]\nwidth = \"6 mm\"\nposition = [0, 0, \"10 mm\"]\n",
+      ".");
+  const std::uint32_t around = 192, rows = 96;
+  std::vector<Vec3> vertices;
+  std::vector<std::array<std::uint32_t, 3>> faces;
+  for (std::uint32_t row = 0; row <= rows; ++row)
+    for (std::uint32_t i = 0; i < around; ++i) {
+      const double polar = pi * row / rows, turn = 2 * pi * i / around;
+      vertices.push_back(
+          {std::sin(polar) * std::cos(turn), std::cos(polar), std::sin(polar) * std::sin(turn)});
+      if (row == rows) continue;
+      const auto a = row * around + i, b = row * around + (i + 1) % around;
+      if (row > 0) faces.push_back({a, b, a + around});
+      if (row + 1 < rows) faces.push_back({b, b + around, a + around});
+    }
+  scene.set_mesh(0, {vertices, faces});
+  PreviewOptions options;
+  options.window_m = {8e-3, 8e-3};
+  for (const auto& device : list_devices()) {
+    options.on.device = device.index;
+    for (const double z_m : {10e-3, 8e-3}) {
+      options.z_m = z_m;
+      const auto seen = preview(scene, options);
+      REQUIRE(seen.channels == 1);
+      CHECK(seen.nx == seen.ny);
+      CHECK(seen.nx <= 320);
+      const auto lit = std::count_if(seen.values.begin(), seen.values.end(),
+                                     [](float light) { return light > 0; });
+      const double outline = z_m * radius / std::sqrt(distance * distance - radius * radius);
+      const double pixel = 8e-3 / seen.nx;
+      CHECK(std::sqrt(static_cast<double>(lit) / pi) * pixel ==
+            Catch::Approx(outline).epsilon(3e-3));
+    }
+  }
+  options.z_m = 0;
+  CHECK_THROWS_WITH(preview(scene, options), ContainsSubstring("z:"));
 }
 
 TEST_CASE("refinement brings the pictures of an SLM's levels nearer to what a lens sees") {

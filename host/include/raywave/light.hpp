@@ -70,6 +70,22 @@ RAYWAVE_API Picture reconstruct(const Hologram& hologram, const ViewOptions& opt
 /// points  per axis of the lens, 1 to 4096: points^2 rays per pixel
 RAYWAVE_API Picture lens(const Scene& scene, const ViewOptions& options = {}, int points = 24);
 
+struct PreviewOptions {
+  // Of the plane in which the picture is measured; empty: the middle of the scene
+  std::optional<double> z_m{};
+  std::optional<Vec2> window_m{};  // empty: all of the scene that the hologram's pixels can show
+  Vec2 view{0, 0};                 // as in ViewOptions
+  DeviceOptions on{};
+};
+
+/// What an eye sees of the scene through the middle of the hologram, all depths in focus, one ray
+/// to a pixel: the picture of `raywave preview`, at once. Pixels are the hologram's, or a whole
+/// number of times as large, so that the longer side has at most 320 or so. In colour it is linear
+/// sRGB.
+///
+/// throws  InputError when z, window or view are not possible
+RAYWAVE_API Picture preview(const Scene& scene, const PreviewOptions& options = {});
+
 /// Grey levels of a field, by the SLM's encoding, in the hologram's frame.
 ///
 /// throws  InputError when the SLM's pictures do not fit the field

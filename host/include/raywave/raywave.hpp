@@ -2,7 +2,7 @@
 /// raywave: holograms for SLMs from scenes of meshes (docs/library.md).
 ///
 ///     const auto hologram = raywave::render(raywave::load_scene("scene.toml"));
-///     hologram.levels();  // grey levels for the SLM
+///     hologram.for_slm();  // grey levels, as the SLM is sent them
 ///
 /// Axes, signs and units: types.hpp. Errors: error.hpp; whatever else is thrown is a bug of
 /// raywave, or std::bad_alloc.
