@@ -1,13 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/lens.hpp"
 
-#include <cmath>
 #include <functional>
 #include <future>
-#include <glm/common.hpp>
-#include <glm/exponential.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -21,6 +19,7 @@
 #include "host/geometry/world.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
+#include "host/view/preview.hpp"
 
 namespace raywave::cli {
 
@@ -100,22 +99,8 @@ void run_lens(const LensArguments& options) {
   options.report.write(Json{{"pictures", pictures}});
 }
 
-/// All of the scene that the pixels can show, in the plane z_m around the axis: a tenth more than
-/// it covers, and two pixels, seen from the middle of the hologram.
-glm::dvec2 whole_window_m(const World& world, const Plan& plan, double z_m) {
-  glm::dvec2 half_m(0);
-  for (const auto& place : positions_now(world))
-    if (std::abs(place.z) > 0)
-      half_m = glm::max(half_m, glm::abs(glm::dvec2(place) / place.z) * std::abs(z_m));
-  const auto sine = glm::min(plan.hologram.largest_sine, 0.999);
-  const auto reach_m = std::abs(z_m) * sine / glm::sqrt(1.0 - sine * sine) + plan.window_m() / 2.0;
-  return 2.0 * glm::max(glm::min(1.1 * half_m + 2.0 * plan.hologram.pitch_m, reach_m),
-                        plan.hologram.pitch_m);
-}
-
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
-  constexpr double longest_px = 320;
   // A device takes as long to start as the scene's files take to read. It starts in this thread:
   // LLVM leaves a signal stack where it starts
   auto reading = std::async(std::launch::async, [&] {
@@ -133,17 +118,9 @@ void run_preview(const LensArguments& options) {
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
   if (depths_m.size() > 1)
     throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");
-  LensSpec what;
-  what.view = options.view.view();
-  // One ray to a pixel, from nearly one place: nothing is blurred
-  what.aperture = glm::dvec2(1e-3);
-  what.points = 1;
-  what.z_m = depths_m.empty() ? (plans[0].extent.near_m + plans[0].extent.far_m) / 2 : depths_m[0];
-  what.window_m = options.depths.window_m();
-  if (!what.window_m) what.window_m = whole_window_m(world, plans[0], what.z_m);
-  const auto pixels = *what.window_m / plans[0].hologram.pitch_m;
-  what.pixel_m = plans[0].hologram.pitch_m *
-                 std::max(1.0, std::ceil(std::max(pixels.x, pixels.y) / longest_px));
+  const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
+  const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
+                                 options.view.view());
   DeviceScene arrays(device, world, plans[0], false);
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   options.report.write(save(options, scenes, images, "preview", what.z_m));
