@@ -22,7 +22,7 @@ namespace {
 /// Below this share of the scene's light a loss is not worth a line.
 constexpr double least_loss = 0.005;
 
-/// As 6 levels have it.
+/// Up to 6 evenly spread levels put less into the wanted wave.
 constexpr double least_wanted_share = 0.92;
 
 /// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.

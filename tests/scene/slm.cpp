@@ -363,10 +363,7 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
              "--set slm.levels=1: slm: levels must be 2 to 256, got 1");
 }
 
-TEST_CASE(
-    "a file of an SLM holds [slm], also beside what scenes share, or is a scene, which may hold "
-    "it, "
-    "too") {
+TEST_CASE("[slm] is read from a file of its own, beside [hologram], and from a scene") {
   const Bench bench;
   CHECK(load_slm(bench.folder.write("whole.toml",
                                     "[slm]\nflip = \"y\"\n[hologram]\npitch = \"8 um\"\n"
