@@ -12,7 +12,7 @@ namespace raywave {
 namespace {
 
 constexpr double pixels_in_blur = 3;
-constexpr int lens_points = 6;
+constexpr int lens_points = 4;
 
 /// The laser that goals are planned for: the longest wavelength.
 std::size_t judged_laser(const std::vector<Planned>& planned) {

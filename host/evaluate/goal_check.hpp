@@ -45,7 +45,7 @@ double picture_s(const Rendered& rendered);
 
 /// Measures what a goal in PSNR has reached, as it is predicted: in the same window, at the same
 /// depths and resolution, of the laser that the goal was planned for. It is cheap: pixels are a
-/// third of a blur, and the lens has 6 x 6 points. Where the goal is not kept, the notes of all
+/// third of a blur, and the lens has 4 x 4 points. Where the goal is not kept, the notes of all
 /// lasers get a line.
 ///
 /// planned  of the goal, by laser

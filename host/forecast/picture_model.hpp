@@ -87,9 +87,9 @@ struct PicturePrediction {
   // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
 
-  /// Pictures are hardly ever measured farther below the prediction.
-  double margin_db() const { return refined ? 2.5 : 1; }
-  double sure_db() const { return mean_psnr_db - margin_db(); }
+  /// Pictures are hardly ever measured below this.
+  double sure_db() const;
+  double margin_db() const { return mean_psnr_db - sure_db(); }
 };
 
 /// padding_error  of the field, relative (host/carriers/wrps/planning/padding_errors.hpp)
