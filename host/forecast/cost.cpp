@@ -103,7 +103,8 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
     footprint = {std::abs(z_m) * plan.hologram.largest_sine[axis], plan.hologram.pitch_m[axis]};
   double low = std::max(at_m - footprint.reach_m(), first_m),
          high = std::min(at_m + footprint.reach_m(), last_m);
-  if (plan.beyond_diffraction && !footprint.is_near()) {  // no pixels that its light is too steep for
+  if (plan.beyond_diffraction &&
+      !footprint.is_near()) {  // no pixels that its light is too steep for
     const double shown = std::abs(z_m - layer.distance_m) * plan.hologram.largest_sine[axis];
     low = std::max(low, place_m[axis] - shown);
     high = std::min(high, place_m[axis] + shown);

@@ -158,9 +158,8 @@ bool meets_hologram(const Scene& scene, const World& world) {
   if (closest_m(world) >= near_hologram * std::max(window_m.x, window_m.y)) return false;
   if (crosses_hologram(world)) return true;
   const bool has_bounces =
-      scene.trace.depth != 0 && lighting_of(scene, world).any_material([](const Material& m) {
-        return m.is_specular();
-      });
+      scene.trace.depth != 0 &&
+      lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
   return !has_bounces && !scene.refine;
 }
 
