@@ -92,14 +92,23 @@ struct Crossing {
   bool near = false;  // the sample's wave is made of plane waves
 };
 
-/// at_m  where the sample's ray to a tile's centre crosses the WRPs, which reach from first to last
-Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m, double z_m,
-                  double first_m, double last_m) {
+/// at_m     where the sample's ray to a tile's centre crosses the WRPs, which reach from first to
+///          last
+/// place_m  of the sample
+Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m,
+                  glm::dvec3 place_m, double first_m, double last_m) {
+  const double z_m = place_m.z;
   auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
   if (is_near_hologram(plan))
     footprint = {std::abs(z_m) * plan.hologram.largest_sine[axis], plan.hologram.pitch_m[axis]};
-  const double low = std::max(at_m - footprint.reach_m(), first_m),
-               high = std::min(at_m + footprint.reach_m(), last_m);
+  double low = std::max(at_m - footprint.reach_m(), first_m),
+         high = std::min(at_m + footprint.reach_m(), last_m);
+  if (plan.beyond_diffraction &&
+      !footprint.is_near()) {  // no pixels that its light is too steep for
+    const double shown = std::abs(z_m - layer.distance_m) * plan.hologram.largest_sine[axis];
+    low = std::max(low, place_m[axis] - shown);
+    high = std::min(high, place_m[axis] + shown);
+  }
   return low < high ? Crossing{(high - low) / plan.hologram.pitch_m[axis], footprint.is_near()}
                     : Crossing{};
 }
@@ -193,12 +202,12 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
       const auto& layer = plan.layer_at(z);
       const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
       for (const auto& tile : plan.tiling.tiles) {
-        const auto at =
-            is_near_hologram(plan)
-                ? view.place_m(x, y, z)
-                : tile.centre_m + (view.place_m(x, y, z) - tile.centre_m) * (layer.distance_m / z);
-        const auto across = crossing(plan, layer, 0, at.x, z, first.x, last.x),
-                   up = crossing(plan, layer, 1, at.y, z, first.y, last.y);
+        const auto place = view.place_m(x, y, z);
+        const auto at = is_near_hologram(plan)
+                            ? place
+                            : tile.centre_m + (place - tile.centre_m) * (layer.distance_m / z);
+        const auto across = crossing(plan, layer, 0, at.x, {place, z}, first.x, last.x),
+                   up = crossing(plan, layer, 1, at.y, {place, z}, first.y, last.y);
         if (across.pixels == 0 || up.pixels == 0) continue;
         const double width = (across.pixels + tile_width) * view.sources[cell];
         if (across.near || up.near) {

@@ -52,8 +52,7 @@ Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_pe
   return placement;
 }
 
-/// Scenes on both sides of the hologram meet it with surfaces nearer to it than this share of its
-/// longer side.
+/// Scenes meet the hologram with surfaces nearer to it than this share of its longer side.
 constexpr double near_hologram = 0.25;
 
 /// Double phase brings haze into pictures that fill the band: the light of its checkerboard comes
@@ -152,10 +151,16 @@ void divide_as_asked(const Scene& scene, Method method, const Plan* moved_from, 
 
 }  // namespace
 
+bool crosses_hologram(const World& world) { return world.min_m.z <= 0 && world.max_m.z >= 0; }
+
 bool meets_hologram(const Scene& scene, const World& world) {
-  if (world.min_m.z > 0 || world.max_m.z < 0) return false;
   const auto window_m = glm::dvec2(scene.hologram.resolution) * scene.hologram.pitch_m;
-  return closest_m(world) < near_hologram * std::max(window_m.x, window_m.y);
+  if (closest_m(world) >= near_hologram * std::max(window_m.x, window_m.y)) return false;
+  if (crosses_hologram(world)) return true;
+  const bool has_bounces =
+      scene.trace.depth != 0 &&
+      lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
+  return !has_bounces && !scene.refine;
 }
 
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,

@@ -10,8 +10,11 @@
 
 namespace raywave {
 
-/// True for scenes on both sides of the hologram, or in it, that are sampled from before them and
-/// gathered there. On one side alone, the lattice from the hologram's centre serves.
+/// True for scenes that reach to the hologram's plane from both sides, or cross it.
+bool crosses_hologram(const World& world);
+
+/// True for scenes in or near the hologram that are sampled from before them and gathered there.
+/// Mirrors, glass and refinement know the lattice from the hologram's centre alone.
 bool meets_hologram(const Scene& scene, const World& world);
 
 /// The plan with the scene's own propagation, which is not "auto" of Method::wrp, layers and tiles.

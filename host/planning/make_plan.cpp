@@ -126,8 +126,11 @@ private:
                   tiles,       moved_from_ != nullptr, "",
                   ""};
     if (use_.method != Method::wrp) return choice;
-    if (scene_.sampling.mode == SamplingMode::aimed && meets_hologram(scene_, world_)) {
-      if (scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty())
+    const bool asks_planes =
+        scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty();
+    if (scene_.sampling.mode == SamplingMode::aimed && meets_hologram(scene_, world_) &&
+        (!asks_planes || crosses_hologram(world_))) {
+      if (asks_planes)
         throw InputError(one_line(scene_.file.string()) +
                          ": surfaces in the hologram's plane, or near it, are gathered at the "
                          "hologram; leave out wrp.propagation and wrp.distance");

@@ -48,14 +48,37 @@ static inline int pixel_near(float place, int count) {
   return (int)clamp(place, 0.0f, (float)count);
 }
 
+// How far beside a sample its light is no steeper than pixels can show, per axis: no pixel beyond
+// receives its spherical wave.
+static inline float2 shown_beside(const GatherPlane* plane, const ProjectedSample* p) {
+  float2 reach = (float2)(INFINITY);
+#if RAYWAVE_SINE_LIMIT
+  const float most_x = plane->sine_limit_x + fabs(plane->reference_x) +
+                       fabs(plane->reference_fall_x) * plane->cone_x,
+              most_y = plane->sine_limit_y + fabs(plane->reference_y) +
+                       fabs(plane->reference_fall_y) * plane->cone_y;
+  const float squared = 1.0f - most_x * most_x - most_y * most_y;
+  if (!p->plane_waves && squared > 0.01f)
+    reach = (float2)(most_x, most_y) * (1.001f * fabs(p->depth) / sqrt(squared));
+#else
+  (void)plane, (void)p;
+#endif
+  return reach;
+}
+
 // Pixels whose centre lies in the footprint, and within a sixteenth of a pixel beside it against
 // rounding.
 static inline void find_pixels(const GatherPlane* plane, ProjectedSample* p) {
+  const float2 shown = shown_beside(plane, p);
   const float across = 1.0f / plane->pitch_x, down = -1.0f / plane->pitch_y;
-  p->left = pixel_near((p->centre_x - p->half_x) * across + 0.9375f, plane->nx);
-  p->columns = pixel_near((p->centre_x + p->half_x) * across + 1.0625f, plane->nx) - p->left;
-  p->top = pixel_near((p->centre_y + p->half_y) * down + 0.9375f, plane->ny);
-  p->rows = pixel_near((p->centre_y - p->half_y) * down + 1.0625f, plane->ny) - p->top;
+  const float left = fmax(p->centre_x - p->half_x, p->x - shown.x),
+              right = fmin(p->centre_x + p->half_x, p->x + shown.x),
+              top = fmin(p->centre_y + p->half_y, p->y + shown.y),
+              bottom = fmax(p->centre_y - p->half_y, p->y - shown.y);
+  p->left = pixel_near(left * across + 0.9375f, plane->nx);
+  p->columns = pixel_near(right * across + 1.0625f, plane->nx) - p->left;
+  p->top = pixel_near(top * down + 0.9375f, plane->ny);
+  p->rows = pixel_near(bottom * down + 1.0625f, plane->ny) - p->top;
 }
 
 // The chief ray's phase and direction, for a plane-wave sample. depth: from the plane.

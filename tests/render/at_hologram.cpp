@@ -25,67 +25,103 @@ Stage empty_stage() {
   return stage;
 }
 
+/// Gathers small squares at depths in a row at the hologram, and compares with the direct sum of
+/// their samples' waves.
+void check_sum(const raywave::cl::Device& device, const Illumination& light, Method method,
+               const std::vector<double>& depths_m) {
+  auto stage = empty_stage();
+  stage.scene.slm.illumination = light;
+  for (int i = 0; i < static_cast<int>(depths_m.size()); ++i)
+    stage.add(rectangle(
+        {(i - 2) * 0.1e-3, i % 2 * 0.1e-3 - 0.05e-3, depths_m[static_cast<std::size_t>(i)]},
+        {14e-6, 0, 0}, {0, 14e-6, 0}));
+  const Rig rig(device, stage, method, false);
+  REQUIRE(rig.plan.is_at_hologram());
+  REQUIRE(is_near_hologram(rig.plan) == (method == Method::wrp));
+  std::vector<int> found(depths_m.size());
+  for (const auto& s : rig.samples) ++found[rig.object_of(s)];
+  for (const int count : found) REQUIRE(count > 0);
+
+  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+  gatherer.draw_phases(1);
+  raywave::cl::ComplexBuffer buffer(
+      device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
+  gatherer.gather(rig.plan.wrps.at(0), buffer);
+  const auto field = buffer.read();
+  const auto what = reference::gathering(rig);
+  double difference = 0, energy = 0;
+  int pixels = 0, finite = 0, dark = 0;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
+    const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
+    Complex sum = 0;
+    bool unsure = false;
+    for (std::size_t n = 0; n < rig.samples.size(); ++n) {
+      const auto p = place(rig.samples[n]) + rig.plan.extent.origin_m;
+      const auto path = at - p;
+      const double r = glm::length(path), side = p.z < 0 ? -1 : 1;
+      if (std::abs(p.z) < 1e-6) {  // has no spherical wave
+        unsure = unsure || (std::abs(path.x) < 24 * pitch_m && std::abs(path.y) < 24 * pitch_m);
+        continue;
+      }
+      const auto beyond = side * dvec2(path) / r - light.sine_at(dvec2(at));
+      const double most = std::max(std::abs(beyond.x), std::abs(beyond.y));
+      unsure = unsure || std::abs(most - largest_sine) < 1e-5;
+      dark += most > largest_sine;
+      if (most > largest_sine) continue;
+      const auto wave =
+          std::polar(1.0, side * 2 * std::numbers::pi * std::remainder(r / wavelength_m, 1.0));
+      double share = rig.samples[n].hidden ? reference::smooth_share(what, n, dvec2(at)) : 1;
+      sum += share * reference::amplitude_towards(what, n, path / -path.z) / r * wave *
+             reference::phasor_of(what, n, 1);
+    }
+    if (unsure) continue;
+    ++pixels;
+    difference += std::norm(Complex(field[i]) - sum);
+    energy += std::norm(sum);
+  }
+  const double error = std::sqrt(difference / energy);
+  INFO("sine " << light.sine.x << ": error " << error << " of " << pixels << " pixels");
+  CHECK(finite == 160 * 128);
+  CHECK(pixels > 10000);
+  CHECK(dark > 1000);
+  CHECK(error < 1e-5);
+}
+
+const Illumination lights[] = {{}, {0.2, {0, 0}}, {{}, {0.03, -0.02}}};
+
 }  // namespace
 
 DEVICE_TEST(
     "points from -95 to +95 mm, also beside one in the hologram's plane, are the direct sum of "
     "their waves under plane, converging and tilted light") {
-  const Illumination lights[] = {{}, {0.2, {0, 0}}, {{}, {0.03, -0.02}}};
-  for (const auto& light : lights) {
-    auto stage = empty_stage();
-    stage.scene.slm.illumination = light;
-    const double depths_m[] = {-95e-3, -1e-3, 0, 1e-3, 95e-3};
-    for (int i = 0; i < 5; ++i)
-      stage.add(rectangle({(i - 2) * 0.1e-3, i % 2 * 0.1e-3 - 0.05e-3, depths_m[i]}, {14e-6, 0, 0},
-                          {0, 14e-6, 0}));
-    const Rig rig(device, stage, Method::wrp, false);
-    REQUIRE(is_near_hologram(rig.plan));
-    std::array<int, 5> found{};
-    for (const auto& s : rig.samples) ++found[rig.object_of(s)];
-    for (const int count : found) REQUIRE(count > 0);
+  for (const auto& light : lights)
+    check_sum(device, light, Method::wrp, {-95e-3, -1e-3, 0, 1e-3, 95e-3});
+}
 
-    Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
-    gatherer.draw_phases(1);
-    raywave::cl::ComplexBuffer buffer(
-        device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
-    gatherer.gather(rig.plan.wrps.at(0), buffer);
-    const auto field = buffer.read();
-    const auto what = reference::gathering(rig);
-    double difference = 0, energy = 0;
-    int pixels = 0, finite = 0;
-    for (std::size_t i = 0; i < field.size(); ++i) {
-      finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
-      const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
-      Complex sum = 0;
-      bool unsure = false;
-      for (std::size_t n = 0; n < rig.samples.size(); ++n) {
-        const auto p = place(rig.samples[n]) + rig.plan.extent.origin_m;
-        const auto path = at - p;
-        const double r = glm::length(path), side = p.z < 0 ? -1 : 1;
-        if (std::abs(p.z) < 1e-6) {  // has no spherical wave
-          unsure = unsure || (std::abs(path.x) < 24 * pitch_m && std::abs(path.y) < 24 * pitch_m);
-          continue;
-        }
-        const auto beyond = side * dvec2(path) / r - light.sine_at(dvec2(at));
-        const double most = std::max(std::abs(beyond.x), std::abs(beyond.y));
-        unsure = unsure || std::abs(most - largest_sine) < 1e-5;
-        if (most > largest_sine) continue;
-        const auto wave =
-            std::polar(1.0, side * 2 * std::numbers::pi * std::remainder(r / wavelength_m, 1.0));
-        double share = rig.samples[n].hidden ? reference::smooth_share(what, n, dvec2(at)) : 1;
-        sum += share * reference::amplitude_towards(what, n, path / -path.z) / r * wave *
-               reference::phasor_of(what, n, 1);
-      }
-      if (unsure) continue;
-      ++pixels;
-      difference += std::norm(Complex(field[i]) - sum);
-      energy += std::norm(sum);
-    }
-    const double error = std::sqrt(difference / energy);
-    INFO("sine " << light.sine.x << ": error " << error << " of " << pixels << " pixels");
-    CHECK(finite == 160 * 128);
-    CHECK(pixels > 10000);
-    CHECK(error < 1e-5);
+DEVICE_TEST(
+    "points from 1 to 95 mm whose light is too steep for most pixels are the direct sum of their "
+    "waves under plane, converging and tilted light") {
+  for (const auto& light : lights)
+    check_sum(device, light, Method::points, {1e-3, 1.2e-3, 1.5e-3, 2e-3, 95e-3});
+}
+
+TEST_CASE("scenes on one side are gathered at the hologram near it, but for mirrors and planes") {
+  for (const double z_m : {-0.2e-3, -0.1e-3, 0.1e-3, 0.2e-3}) {
+    auto stage = empty_stage();
+    stage.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}));
+    const bool is_near = std::abs(z_m) < 160 * pitch_m / 4;
+    CHECK(is_near_hologram(make_plan(stage.scene, stage.world)) == is_near);
+    CHECK(make_plan(stage.scene, stage.world).is_at_hologram() == is_near);
+    auto planes = stage.scene;
+    planes.wrp.distances_m = {0.8 * z_m};
+    CHECK(!make_plan(planes, stage.world).is_at_hologram());
+    if (z_m < 0) continue;
+    auto mirror = empty_stage();
+    mirror.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}), {.reflectivity = 1});
+    CHECK(!make_plan(mirror.scene, mirror.world).is_at_hologram());
+    mirror.scene.trace.depth = 0;
+    CHECK(make_plan(mirror.scene, mirror.world).is_at_hologram() == is_near);
   }
 }
 
