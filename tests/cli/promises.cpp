@@ -89,7 +89,8 @@ TEST_CASE("plan states the memory that a render's process holds, within 1.25 of 
     CHECK(predicted < 1.25 * peak);
     CHECK(peak < 1.25 * predicted);
   }
-  CHECK_SAYS(desk.run({"plan", scene}).out, "on the device, ", " (peak of render)");
+  CHECK_SAYS(desk.run({"plan", scene}).out, "on the device; render holds ",
+             " of the host's memory at most");
 }
 
 TEST_CASE("quality says before its pictures how long they take, and how far it is in all") {
@@ -114,10 +115,6 @@ TEST_CASE("animate --rate says how many pictures a second it computed where it k
     INFO(outcome.err);
     REQUIRE(outcome.code == 0);
     CHECK((outcome.err.find(says) == std::string::npos) == is_kept);
-    bool is_noted = false;
-    for (const auto& note : report_of(desk, folder + "/report.json")["notes"])
-      is_noted |= note.get<std::string>().find(says) != std::string::npos;
-    CHECK(is_noted != is_kept);
   }
 }
 

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Plans fit the scene and the device: WRPs, kernels, memory, and what is warned of.
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/memory_needs.hpp"
 #include "host/planning/tiles.hpp"
