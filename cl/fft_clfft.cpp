@@ -51,6 +51,22 @@ private:
   clfftStatus status_;
 };
 
+/// While it lives, PoCL's compiler counts no warnings on standard error: clFFT's kernels have
+/// attributes that it does not know.
+class WithoutWarnings {
+public:
+  WithoutWarnings() : is_ours_(!std::getenv(flags)) { setenv(flags, "-w", 0); }
+  ~WithoutWarnings() {
+    if (is_ours_) unsetenv(flags);
+  }
+  WithoutWarnings(const WithoutWarnings&) = delete;
+  WithoutWarnings& operator=(const WithoutWarnings&) = delete;
+
+private:
+  static constexpr const char* flags = "POCL_EXTRA_BUILD_FLAGS";
+  bool is_ours_;
+};
+
 class ClFft final : public Fft {
 public:
   ClFft(const Device& device, const FftShape& shape) : device_(device) {
@@ -78,6 +94,7 @@ public:
       check(clfftSetPlanScale(plan_, CLFFT_FORWARD, 1));
       check(clfftSetPlanScale(plan_, CLFFT_BACKWARD, 1));
       const CompileClock clock;
+      const WithoutWarnings quiet;
       cl_command_queue queue = device.queue()();
       check(clfftBakePlan(plan_, 1, &queue, nullptr, nullptr));
       std::size_t work_bytes = 0;

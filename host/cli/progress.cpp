@@ -47,9 +47,8 @@ void ProgressBar::show(const std::string& what, double share) {
   std::fflush(stderr);
 }
 
-void say_time(ProgressBar& bar, double seconds, const std::string& what,
-              const std::string& advice) {
-  constexpr double long_s = 60;
+void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice,
+              double long_s) {
   if (seconds > long_s)
     bar.say(what + " will take about " + duration_text(seconds) + "; " + advice);
 }

@@ -28,11 +28,12 @@ private:
   std::chrono::steady_clock::time_point last_;
 };
 
-/// Says how long something takes where that is more than a minute.
+/// Says how long something takes where that is long.
 ///
 /// what    "this", "the render"
 /// advice  what takes less
-void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice);
+void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice,
+              double long_s = 60);
 /// RenderOptions::planned that says the same of a render, as it is predicted for all its lasers,
 /// and returns render_warnings.
 ///

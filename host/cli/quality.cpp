@@ -51,14 +51,20 @@ QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
   return spec;
 }
 
-/// Lets long steps say how long they take.
-void say_times(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,
-               RenderOptions& how, QualitySpec& spec, const std::vector<Planned>& planned) {
-  how.planned = notes_of_render(bar, device, lasers, planned, "the render");
-  spec.lens_progress = [&, forecast = Forecast()](double seen, double all) mutable {
-    if (const auto seconds = forecast.add(seen, all))
-      say_time(bar, *seconds, "the lens",
-               "fewer --lens-points, a smaller --window or --no-views take less");
+/// Says before the first picture how long the comparison takes, and of the lens again where it
+/// turns out to take much longer.
+void say_times(ProgressBar& bar, QualitySpec& spec) {
+  const auto told_s = std::make_shared<double>(0);
+  const auto say = [&bar](double seconds, const char* what) {
+    constexpr double long_s = 10;
+    say_time(bar, seconds, what, "fewer --lens-points, a smaller --window or --no-views take less",
+             long_s);
+  };
+  spec.begins = [say, told_s](double seconds) { say(*told_s = seconds, "the comparison"); };
+  spec.lens_progress = [say, told_s, forecast = Forecast()](double seen, double all) mutable {
+    constexpr double much = 1.5;
+    if (const auto seconds = forecast.add(seen, all); seconds && *seconds > much * *told_s)
+      say(*seconds, "the lens");
   };
 }
 
@@ -136,7 +142,7 @@ QualityResult judge_scenes(const QualityArguments& options, const cl::Device& de
                            std::vector<Scene>& scenes, RenderOptions& how, QualitySpec& spec,
                            ProgressBar& bar, GoalCheck& check) {
   std::vector<Planned> planned;
-  say_times(bar, device.info(), scenes.size(), how, spec, planned);
+  how.planned = notes_of_render(bar, device.info(), scenes.size(), planned, "the render");
   const auto world = build_world(scenes[0]);
   const auto goal = options.goal.goal();
   if (goal.any()) {
@@ -192,6 +198,7 @@ void run_quality(const QualityArguments& options) {
   {
     ProgressBar bar(options.report.quiet);
     how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    say_times(bar, spec);
     result = finished ? judge_files(options, device, *finished, how, spec, check)
                       : judge_scenes(options, device, scenes, how, spec, bar, check);
   }

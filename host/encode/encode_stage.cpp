@@ -49,7 +49,7 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip) {
   }
   encoder_->show_up_to(clip);
   const auto frames = static_cast<std::size_t>(plan.hologram.frames);
-  levels.assign(frames, std::vector<std::uint8_t>(pixels_of(plan)));
+  levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end(plan) ? 0 : pixels_of(plan)));
   field = {};
   needs_field_ = keep_field_ || encodes_at_end(plan);
   if (needs_field_)

@@ -288,7 +288,10 @@ void add_plan(const Planned& planned, const World& world, bool is_one, Rows& out
   add_samples(scene, plan, out);
   add_errors(scene, plan, out);
   add_kernels(plan, out);
-  out << "memory    " << cl::format_bytes(prediction.device_bytes) << " on the device\n";
+  out << "memory    " << cl::format_bytes(prediction.device_bytes)
+      << " on the device; render holds " << cl::format_bytes(prediction.host_bytes)
+      << " of the host's memory at most" << (prediction.device_on_host ? ", with these" : "")
+      << "\n";
   add_time(prediction, out);
   add_pictures(plan, prediction, out);
   out << "field     error " << number(100 * prediction.field_error) << " % predicted\n";
@@ -385,6 +388,7 @@ Json json_of(const Prediction& prediction) {
          {"device", prediction.device},
          {"rates_of", prediction.rates_of},
          {"device_bytes", prediction.device_bytes},
+         {"host_bytes", prediction.host_bytes},
          {"field_error", prediction.field_error},
          {"resolution_m", prediction.resolution_m}};
   if (const auto& p = prediction.pictures; p && p->dark)

@@ -2,14 +2,17 @@
 #include "host/evaluate/quality.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <glm/common.hpp>
 #include <nlohmann/json.hpp>
+#include <utility>
 
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/lens.hpp"
@@ -19,6 +22,10 @@ namespace raywave {
 namespace {
 
 using ImageList = std::vector<Image>;
+
+/// Of a picture that the hologram or the field shows: what judging a pixel takes, and each frame of
+/// one. An EPYC's cores.
+constexpr double judging_s = 0.5e-6, frame_s = 0.1e-6;
 
 /// The picture, averaged over squares until it fits into a cell of the contact sheet.
 Image small(const Image& image, int cell_px = sheet_cell_px) {
@@ -153,9 +160,9 @@ public:
     const auto& plan = plans_[0];
     depths_m_ = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
     const double blur_m = what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m);
+    const auto view = front_view(scenes[0], world, plan);
     QualityResult empty;
-    empty.window = what.window ? *what.window
-                               : quality_window(plan, front_view(scenes[0], world, plan), blur_m);
+    empty.window = what.window ? *what.window : quality_window(plan, view, blur_m);
     // Whole squares around the axis, and of them those that hold the window
     pixel_m_ = double(what.square_px) * plan.hologram.pitch_m;
     const auto centred = picture_size(empty.window.centred_size_m(), plan.hologram.size, pixel_m_);
@@ -175,6 +182,13 @@ public:
     empty.blur_px = blur_m / plan.hologram.pitch_m.x;
     empty.border_px = what.border_px;
     results_.assign(frame_counts_.size(), empty);
+    const double pixels = double(centred.x) * centred.y,
+                 all_pixels = pixels * what.square_px * what.square_px;
+    const auto lens =
+        lens_work(world, plan, view, window_m_, pixels * std::pow(what.lens_points, 2));
+    lens_s_ = predict_times(lens, figures_of(device.info()).rates).total_s();
+    look_s_ = judging_s * pixels + frame_s * all_pixels * frame_counts_.back();
+    if (what.begins) what.begins(all_s());
     for (std::size_t i = 0; i < scenes.size(); ++i) {
       // Fields of other programs come without levels.
       const auto& laser = rendered.lasers[i];
@@ -203,6 +217,11 @@ private:
   }
 
   double count() const { return static_cast<double>(scenes_.size()); }
+  double rows() const {
+    return static_cast<double>(depths_m_.size() + (what_.views ? side_views.size() : 0));
+  }
+  double looks() const { return what_.field ? 2 : 1; }
+  double all_s() const { return count() * rows() * (lens_s_ + looks() * look_s_); }
 
   /// Compares the holograms with the lens for one view and depth.
   void add_row(const QualityView& view, double z_m, LensPictures& lens) {
@@ -244,18 +263,18 @@ private:
     }
   }
 
-  /// The progress of a laser's picture.
+  /// The progress of a laser's picture, which takes `picture_s` of all.
   std::function<void(double)> progress_of(const char* step, const QualityView& view, double z_m,
-                                          std::size_t laser) const {
-    return [this, laser,
+                                          double picture_s) {
+    const double from_s = std::exchange(done_s_, done_s_ + picture_s);
+    return [this, from_s, picture_s,
             name = std::string(step) + ", " + view.name + " at " + length_text(z_m)](double share) {
-      if (how_.progress) how_.progress(name, (static_cast<double>(laser) + share) / count());
+      if (how_.progress) how_.progress(name, std::min(1.0, (from_s + picture_s * share) / all_s()));
     };
   }
 
   ImageList seen_by_lens(const QualityView& view, double z_m, std::size_t row) {
-    const double all =
-        count() * static_cast<double>(depths_m_.size() + (what_.views ? side_views.size() : 0));
+    const double all = count() * rows();
     ImageList seen;
     for (std::size_t i = 0; i < plans_.size(); ++i) {
       if (plans_.size() > 1) arrays_.show(plans_[i]);
@@ -263,7 +282,7 @@ private:
           device_, plans_[i], arrays_,
           {z_m, window_m_, view.centre, view.aperture, what_.lens_points, pixel_m_,
            what_.square_px > 1},
-          [&, show = progress_of("lens", view, z_m, i)](double share) {
+          [&, show = progress_of("lens", view, z_m, lens_s_)](double share) {
             show(share);
             if (what_.lens_progress)
               what_.lens_progress(
@@ -275,10 +294,10 @@ private:
   }
 
   Image look(const char* step, const QualityView& view, double z_m, std::size_t laser,
-             const FieldStack& field) const {
+             const FieldStack& field) {
     const ReconstructSpec spec{z_m, window_m_, view.centre, view.aperture};
     return in_window(averaged(reconstruct(device_, how_.fft, field, scenes_[laser].hologram, spec,
-                                          progress_of(step, view, z_m, laser)),
+                                          progress_of(step, view, z_m, look_s_)),
                               what_.square_px));
   }
 
@@ -321,6 +340,8 @@ private:
   glm::dvec2 window_m_{0, 0}, pixel_m_{0, 0};  // of the pictures that are computed
   glm::ivec2 first_px_{0, 0}, end_px_{0, 0};   // of them, in pixels: what is judged
   std::vector<double> depths_m_;
+  // Predicted: of a laser's picture by the lens, and by its levels or its field; of those begun
+  double lens_s_ = 0, look_s_ = 0, done_s_ = 0;
   std::vector<FieldStack> shown_;  // behind the SLM
   std::vector<QualityResult> results_;
 };

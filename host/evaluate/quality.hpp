@@ -38,6 +38,8 @@ struct QualitySpec {
   int lens_points = 24;  // per axis, of the lens that rays start from
   // Also compare the first frame's fields with those of Method::points
   bool against_points = false;
+  // Called before the first picture with the seconds that all are predicted to take, when given
+  std::function<void(double seconds)> begins = {};
   // Called with the number of the lens's pictures that are seen, the share of the one at work
   // included, and that of all, when given
   std::function<void(double seen, double all)> lens_progress = {};

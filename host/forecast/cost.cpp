@@ -315,6 +315,21 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
   return work;
 }
 
+Work lens_work(const World& world, const Plan& plan, const FrontView& view, glm::dvec2 window_m,
+               double rays) {
+  Work work;
+  if (view.covered == 0) return work;
+  const double descent = std::log2(static_cast<double>(world.triangles.size()) + 1),
+               middle_m = (plan.extent.near_m + plan.extent.far_m) / 2 - view.eye_z_m,
+               seen_m2 = view.covered * std::pow(view.step * middle_m, 2);
+  // Rays that meet nothing leave the tree early
+  const double met = rays * std::min(1.0, seen_m2 / (window_m.x * window_m.y));
+  work.lens_rays =
+      lens_ray * (levels_of_a_ray + descent) * met * (1 + view.segments / view.covered);
+  if (plan.lighting.shadows) work.shadow_rays = met * view.lights_faced_levels / view.covered;
+  return work;
+}
+
 PredictedTimes predict_times(const Work& work, const DeviceRates& rates) {
   return {work.rays * rates.ray_s + work.shadow_rays * rates.shadow_ray_s,
           work.nodes * rates.node_s + work.pairs * rates.pair_s + work.pixels * rates.pixel_s,

@@ -95,6 +95,13 @@ struct DeviceFigures {
   bool keeps_kernels = false;  // whether its driver may have kernels of earlier programs
 };
 
+/// What pictures of an ideal lens cost.
+///
+/// window_m  of each picture
+/// rays      of all pictures
+Work lens_work(const World& world, const Plan& plan, const FrontView& view, glm::dvec2 window_m,
+               double rays);
+
 /// Adds what Plan::refine costs.
 ///
 /// work                 whose samples are known, where pictures are made of them

@@ -14,8 +14,11 @@
 namespace raywave {
 namespace {
 
-/// Of an EPYC's core, measured with PoCL 5.0: teapot 8.7 s, still life 12 s of processor time.
-constexpr double compile_on_processor_s = 10;
+/// Of an EPYC's core, processor time of kernels with PoCL 3.1, caches empty: teapot 7.9 s, room 8.4,
+/// study 7.3, around the SLM 8.5, a texture 8.8, WRPs 6.4; still life (bounces) 12.9; a fan 2.0.
+constexpr double compile_on_processor_s = 8.3, with_bounces = 1.55, of_fans = 0.25;
+/// FFTW's plans of a new size, and the rest of a program that starts without any cache.
+constexpr double plans_s = 0.7;
 /// Launches of kernels that are there take some milliseconds.
 constexpr double least_compile_s = 0.5;
 
@@ -31,6 +34,11 @@ std::string name_of_kernels(const Plan& plan, const DeviceFigures& device) {
     text += "\n" + std::string(option.name) + "=" + value;
   if (plan.refine) text += "\nrefine";
   return "first-" + hash_name(text);
+}
+
+/// Time of a plan's kernels over that of the usual ones.
+double share_of_compiling(const Plan& plan) {
+  return plan.samples.aimed ? plan.specular.bounces > 0 ? with_bounces : 1 : of_fans;
 }
 
 std::optional<double> number_in_cache(const std::string& name) {
@@ -57,8 +65,10 @@ double meshes_and_trees_s(const World& world) {
 std::optional<double> kernels_s(const Plan& plan, const DeviceFigures& device) {
   if (device.key.empty()) return {};
   if (device.keeps_kernels && number_in_cache(name_of_kernels(plan, device))) return 0;
-  if (const auto before = number_in_cache(name_of_device(device))) return before;
-  return device.is_processor ? std::optional(compile_on_processor_s) : std::nullopt;
+  const double share = share_of_compiling(plan);
+  if (const auto before = number_in_cache(name_of_device(device))) return *before * share;
+  return device.is_processor ? std::optional(compile_on_processor_s * share + plans_s)
+                             : std::nullopt;
 }
 
 void remember_kernels(const Plan& plan, const DeviceFigures& device,
@@ -71,7 +81,8 @@ void remember_kernels(const Plan& plan, const DeviceFigures& device,
   const double compile_s = device.is_processor ? of_kernels(processor_s) : of_kernels(wall_s);
   if (number_in_cache(name_of_kernels(plan, device)) && compile_s < least_compile_s) return;
   keep_in_cache(name_of_kernels(plan, device), compile_s);
-  if (compile_s >= least_compile_s) keep_in_cache(name_of_device(device), compile_s);
+  if (compile_s >= least_compile_s)
+    keep_in_cache(name_of_device(device), compile_s / share_of_compiling(plan));
 }
 
 }  // namespace raywave

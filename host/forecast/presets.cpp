@@ -235,16 +235,23 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   return prediction;
 }
 
-/// Predicts the device's memory, surface samples included, and warns where it is short.
+/// Predicts the memory of device and host, surface samples included, and warns where it is short.
+///
+/// lasers  whose results are held
 void predict_memory(const World& world, const DeviceFigures& device, const MemoryUse& use,
-                    Planned& planned) {
+                    std::size_t lasers, Planned& planned) {
   const auto& plan = planned.plan;
   const auto& limits = device.memory;
   auto& warnings = planned.warnings;
   const auto needs = memory_needs(world, plan, use, limits.largest_buffer_bytes);
-  auto& bytes = planned.prediction.device_bytes;
+  auto& prediction = planned.prediction;
+  auto& bytes = prediction.device_bytes;
   bytes = needs.device_bytes() +
-          static_cast<std::uint64_t>(bytes_of_samples(plan, planned.prediction.work.samples));
+          static_cast<std::uint64_t>(bytes_of_samples(plan, prediction.work.samples));
+  prediction.device_on_host = limits.device_on_host;
+  prediction.host_bytes = host_peak_bytes(
+      world, plan, needs, lasers * needs.results_bytes, limits.device_on_host ? bytes : 0,
+      device.is_processor && prediction.kernels_s.value_or(0) > 0);
 
   // What does not fit into the host is planned in one piece: nothing else would be worth a line
   if (auto shortage = results_shortage(plan, needs, use, limits); !shortage.empty())
@@ -322,7 +329,7 @@ std::string why_less(const Goal& goal, const Choice& best, const Choice& choice,
 Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
                    const Goal& goal, bool keep_field, std::size_t lasers,
                    const Scene* given = nullptr) {
-  const MemoryUse use{Method::wrp, device.fft, keep_field};
+  const MemoryUse use{Method::wrp, device.fft, keep_field || lasers > 1};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
   Planned planned;
   planned.scene = scene;
@@ -389,7 +396,7 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
   // What to expect of it, and why it is as it is
   planned.prediction = predicted(planned, world, device, *candidates);
   if (goal.psnr_db && fits) check_psnr(*goal.psnr_db, planned);
-  predict_memory(world, device, use, planned);
+  predict_memory(world, device, use, lasers, planned);
   planned.reasons =
       reasons_of(given ? *given : scene, given || (goal.any() && fits), planned, why_layers);
   for (const auto& why : {why_refined, why_lost})

@@ -43,7 +43,10 @@ struct Prediction {
   std::string device;    // that is meant; empty: none is known
   std::string rates_of;  // the device that they were measured on, or "default"
   Work work;
-  std::uint64_t device_bytes = 0;
+  // Peaks: on the device; resident in the host's memory, that of the device included where
+  // MemoryLimits::device_on_host
+  std::uint64_t device_bytes = 0, host_bytes = 0;
+  bool device_on_host = true;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   SlmLight slm_light;
   double resolution_m = 0;  // detail that they are judged at

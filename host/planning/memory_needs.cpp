@@ -33,7 +33,8 @@ std::uint64_t bytes_of_found(const Plan& plan) {
 }
 
 /// What pictures to refine towards take: planes of light, and the parts of them that are wanted.
-void add_pictures(const Plan& plan, const std::string& advice, std::vector<MemoryNeed>& needs) {
+void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all) {
+  auto& needs = all.device;
   const auto window_m = plan.refine->window_m.value_or(refine_window_m(plan));
   const double pixels = static_cast<double>(area(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
@@ -50,6 +51,7 @@ void add_pictures(const Plan& plan, const std::string& advice, std::vector<Memor
   // A frame for the encoding; intensities, what is blurred of them, and a picture
   needs.push_back(
       {"light of the pictures", bytes(8, pixels + planes) + bytes(14, largest), advice});
+  if (refines_samples(plan)) all.host_bytes += bytes(24, largest);  // rasters of samples
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});
 }
@@ -79,12 +81,21 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   if (plan.refine) {
     const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
     needs.push_back({"phases of the holograms", 8 * pictures, advice});
-    add_pictures(plan, advice, needs);
+    needs.push_back({"phases of a hologram", 8 * all_pixels, advice});
+    add_pictures(plan, advice, all);
     if (use.keep_field) all.results_bytes += 8 * pictures;
   }
   all.results_bytes += (use.keep_field || (encodes_whole(plan) && !plan.refine) ? 9 : 1) * pictures;
-  all.host_bytes = all.results_bytes;
+  all.host_bytes += all.results_bytes;
   return all;
+}
+
+/// Whether the SLM's pixels have phases of their own (host/encode/panel.cpp).
+bool adds_phases(const Plan& plan) {
+  const auto& slm = plan.slm;
+  return !slm.flatness.picture.pixels.empty() || !slm.zernike.empty() || slm.lens_m ||
+         slm.offset_turns != 0 || !slm.illumination.is_plane() ||
+         carrier_of(slm, plan.hologram.pitch_m, plan.hologram.wavelength_m) != glm::dvec2(0);
 }
 
 std::uint64_t bytes_on_host(const MemoryNeeds& needs, const MemoryLimits& limits) {
@@ -139,10 +150,19 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
   if (!encodes_transforms(plan, use.keep_field))
     needs.push_back({"field at the hologram", 8 * pixels, planes});
-  const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
-  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
-    needs.push_back({"hologram levels", pixels, planes});
-  needs.push_back({"added phases", 2 * pixels, planes});
+  if (encodes_whole(plan) && !plan.refine) {
+    const auto strip = std::min(most_encoded_pixels, area(plan.hologram.size));
+    needs.push_back({"hologram field", 8 * strip, planes});
+    needs.push_back({"hologram levels", strip, planes});
+  } else {
+    const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
+    for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
+      needs.push_back({"hologram levels", pixels, planes});
+  }
+  if (adds_phases(plan)) {
+    needs.push_back({"added phases", 2 * pixels, planes});
+    all.host_bytes += 2 * area(plan.hologram.size);
+  }
   return all;
 }
 
@@ -154,6 +174,18 @@ double bytes_of_samples(const Plan& plan, double samples) {
     bytes += 4 * std::pow(std::max(plan.samples.visibility_parts, 8), 2) *
              std::min(samples, 1.0 * most_lit_together);
   return grown * bytes;
+}
+
+std::uint64_t host_peak_bytes(const World& world, const Plan& plan, const MemoryNeeds& needs,
+                              std::uint64_t results_bytes, std::uint64_t device_bytes,
+                              bool compiles) {
+  // Measured with PoCL 3.1; a triangle's share is that of its object, its tree as it is built
+  constexpr std::uint64_t process = 85'000'000, compiler = 165'000'000, of_triangle = 550;
+  const auto pixels = area(plan.hologram.size);
+  const auto computing = needs.host_bytes - needs.results_bytes + device_bytes;
+  const auto writing = 3 * pixels;  // levels as the SLM takes them, and a growing PNG
+  return process + (compiles ? compiler : 0) + of_triangle * world.triangles.size() +
+         results_bytes + std::max(computing, writing);
 }
 
 std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,

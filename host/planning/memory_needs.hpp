@@ -17,6 +17,16 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
 /// What so many surface samples take on the device.
 double bytes_of_samples(const Plan& plan, double samples);
 
+/// The most that the process of a render holds at a time, resident: program and drivers, the scene,
+/// results, and what is computed with or written.
+///
+/// results_bytes  of all lasers
+/// device_bytes   of this one, surface samples included, where they lie in the host's memory
+/// compiles       whether a processor's driver compiles the kernels
+std::uint64_t host_peak_bytes(const World& world, const Plan& plan, const MemoryNeeds& needs,
+                              std::uint64_t results_bytes, std::uint64_t device_bytes,
+                              bool compiles);
+
 /// A line that tells that results alone are too much for the host's memory, however the hologram is
 /// divided, and what to do; empty where they fit.
 std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryUse& use,

@@ -227,6 +227,7 @@ struct Propagator::State {
   PropagationPlan plan;
   std::unique_ptr<PropagationEngine> engine;
   Band loaded_rows;
+  bool is_loaded_once = false;
   std::vector<std::pair<Target, std::shared_ptr<const Transfer>>> transfers;  // oldest first
 };
 
@@ -254,7 +255,8 @@ void Propagator::load(const cl::ComplexBuffer& field, int frame, std::span<const
   s.check_field(field, frame + 1);
   s.loaded_rows = targets.empty() ? Band{s.plan.y.lowest(), s.plan.y.highest()} : Band{};
   for (const auto& target : targets) s.loaded_rows = s.loaded_rows.joined(s.transfer(target)->rows);
-  s.engine->load(field, frame, s.loaded_rows);
+  s.is_loaded_once = targets.size() == 1;
+  s.engine->load(field, frame, s.loaded_rows, s.is_loaded_once);
 }
 
 void Propagator::add(const Target& target) {
@@ -268,6 +270,7 @@ void Propagator::add(const Target& target) {
 void Propagator::collect(cl::ComplexBuffer& field) {
   state_->check_field(field);
   state_->engine->collect(field);
+  if (state_->is_loaded_once) state_->loaded_rows = {};
 }
 
 }  // namespace raywave

@@ -41,7 +41,8 @@ public:
   void require_reach(const Target& target) const;
 
   /// Takes over the source field (ny x nx, row 0 on top; frame `frame` of a stack of such) and
-  /// transforms it, for these targets (any when there are none: slower).
+  /// transforms it, for these targets (any when there are none: slower). Of one target, `collect`
+  /// takes its memory: load it again to add it again.
   void load(const cl::ComplexBuffer& field, int frame = 0, std::span<const Target> targets = {});
 
   /// Adds the loaded source, as it arrives at the target, to the sum. May be called for several

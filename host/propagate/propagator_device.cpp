@@ -29,7 +29,7 @@ public:
         band_x_(device, 2 * size(plan.x.padded), "band"),
         band_y_(device, 2 * size(plan.y.padded), "band") {}
 
-  void load(const cl::ComplexBuffer& field, int frame, const Band&) override {
+  void load(const cl::ComplexBuffer& field, int frame, const Band&, bool) override {
     const auto n = plan_.spec.size;
     run_rows(program_.kernel("pad"), plan_.x.padded, plan_.y.padded, field, spectrum_, frame, n.x,
              n.y, plan_.x.padded, plan_.y.padded);

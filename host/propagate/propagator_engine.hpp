@@ -44,7 +44,8 @@ struct PropagationPlan {
 class PropagationEngine {
 public:
   virtual ~PropagationEngine() = default;
-  virtual void load(const cl::ComplexBuffer& field, int frame, const Band& rows) = 0;
+  // once  nothing is added of it after the next `collect`
+  virtual void load(const cl::ComplexBuffer& field, int frame, const Band& rows, bool once) = 0;
   // Transfer->rows lie within those loaded
   virtual void add(const std::shared_ptr<const Transfer>& transfer) = 0;
   virtual void collect(cl::ComplexBuffer& field) = 0;

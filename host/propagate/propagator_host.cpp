@@ -4,8 +4,9 @@
 //   load     columns of the field with any light, zeros below it -> transform -> the rows that the
 //            targets' bands keep
 //   collect  each of these rows, zeros right of it -> transform -> times the transfer function,
-//            summed over the sources -> transform back -> its part inside the window; then columns
-//            of these rows, zeros elsewhere -> transform back -> the field
+//            summed over the sources -> transform back -> its part inside the window, in the place
+//            of a source's row; then columns of these rows, zeros elsewhere -> transform back ->
+//            the field
 // Rows between the passes lie in tiles: 16 columns of each row next to each other, so that passes
 // over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
 // they fill the memory of two padded planes; their sum is then kept by rows.
@@ -108,6 +109,7 @@ struct Rows {
   Band band;
   Lines tiles;
   std::size_t capacity = 0;  // samples
+  bool once = false;         // nothing reads them after the next `collect`
 
   Sample* tile(std::size_t number) const {
     return tiles.get() + number * size(band.count()) * tile_width;
@@ -148,7 +150,7 @@ public:
     }
   }
 
-  void load(const cl::ComplexBuffer& field, int frame, const Band& rows) override {
+  void load(const cl::ComplexBuffer& field, int frame, const Band& rows, bool once) override {
     if (pending_.empty())
       source_ = 0;
     else if (pending_.back().source == source_)
@@ -160,6 +162,7 @@ public:
     if (source_ == sources_.size()) sources_.emplace_back();
     auto& source = sources_[source_];
     source.reserve(rows, tiles_);
+    source.once = once;
     if (rows.empty()) return;
     field.on_host([&](std::span<const Sample> samples) { columns_forward(samples.data(), source); },
                   size(frame) * nx_ * ny_, nx_ * ny_);
@@ -172,11 +175,12 @@ public:
   void collect(cl::ComplexBuffer& field) override {
     const Band rows = pending_rows().joined(sum_rows_);
     if (rows.empty()) return field.fill_zero();
-    if (!(rows.first == arrived_.band.first && rows.last == arrived_.band.last)) {
+    if (!(rows.first == arrived_rows_.first && rows.last == arrived_rows_.last)) {
       for (auto& s : scratch_)
         std::fill_n(s.band_columns.get(), tile_width * pitch_of_lines(padded_ny_), Sample{});
     }
-    arrived_.reserve(rows, tiles_);
+    arrived_rows_ = rows;
+    find_places(rows);
     transform_rows(rows, true);
     field.on_host([&](std::span<Sample> samples) { columns_inverse(samples.data()); },
                   CL_MAP_WRITE_INVALIDATE_REGION);
@@ -194,6 +198,37 @@ private:
     std::size_t source;
     std::shared_ptr<const Transfer> transfer;
   };
+
+  /// Rows that come back, and whose memory they are written to.
+  struct Place {
+    Band rows;
+    Rows* in;
+  };
+
+  /// A row comes back to where a source had it that nothing reads any more. Others need memory of
+  /// their own.
+  void find_places(const Band& rows) {
+    places_.clear();
+    for (int k = rows.first; k <= rows.last; k = places_.back().rows.last + 1) {
+      Place place{{k, rows.last}, &more_};
+      for (std::size_t i = 0; i <= source_ && !pending_.empty(); ++i) {
+        if (!sources_[i].once) continue;
+        const Band& band = sources_[i].band;
+        if (band.contains(k))
+          place = {{k, std::min(band.last, rows.last)}, &sources_[i]};
+        else if (place.in == &more_ && band.first > k)
+          place.rows.last = std::min(place.rows.last, band.first - 1);
+      }
+      if (place.in == &more_) more_.reserve(rows, tiles_);
+      places_.push_back(place);
+    }
+  }
+
+  const Rows& rows_with(int k) const {
+    return *std::find_if(places_.begin(), places_.end(), [&](const Place& place) {
+              return place.rows.contains(k);
+            })->in;
+  }
 
   Band pending_rows() const {
     Band rows;
@@ -265,10 +300,11 @@ private:
     cl::Threads::shared().for_each(threads_, tiles_, 1, [&](std::size_t thread, std::size_t tile) {
       auto& s = scratch_[thread];
       const std::size_t columns = columns_of(tile);
-      for_each_run(arrived_.band, [&](int first, std::size_t at, std::size_t count) {
-        transpose_(arrived_.tile(tile) + size(first - arrived_.band.first) * tile_width, tile_width,
-                   count, columns, s.band_columns.get() + at, pitch);
-      });
+      for (const auto& [rows, in] : places_)
+        for_each_run(rows, [&, from = in](int first, std::size_t at, std::size_t count) {
+          transpose_(from->tile(tile) + size(first - from->band.first) * tile_width, tile_width,
+                     count, columns, s.band_columns.get() + at, pitch);
+        });
       for (std::size_t c = 0; c < columns; ++c)
         column_fft_.inverse(s.band_columns.get() + c * pitch,
                             s.columns_transformed.get() + c * pitch);
@@ -276,7 +312,7 @@ private:
     });
   }
 
-  /// Pending sources and the sum so far, row by row: back to `arrived_`, or into the sum.
+  /// Pending sources and the sum so far, row by row: back to `places_`, or into the sum.
   void transform_rows(const Band& rows, bool back) {
     if (!back && !sum_) sum_ = make_lines(padded_nx_ * padded_ny_, "sum of spectra");
     const auto sum_row = [&](int k) { return sum_.get() + size(plan_.y.index(k)) * padded_nx_; };
@@ -294,7 +330,7 @@ private:
           for (const auto& p : pending_) add_row(s, p, k, sum);
           if (!back) return;
           row_fft_.inverse(sum, s.row_transformed.get());
-          for_each_part(arrived_, k, [&](Sample* in_tile, std::size_t x, auto columns) {
+          for_each_part(rows_with(k), k, [&](Sample* in_tile, std::size_t x, auto columns) {
             std::copy_n(s.row_transformed.get() + x, columns, in_tile);
           });
         });
@@ -350,7 +386,9 @@ private:
   std::vector<Rows> sources_;     // loaded since the last `collect`, the last being number source_
   std::size_t source_ = 0;
   std::vector<Pending> pending_;  // added, not summed
-  Rows arrived_;
+  std::vector<Place> places_;     // of what comes back
+  Rows more_;                     // the others of them
+  Band arrived_rows_;
   Lines sum_;  // spectra of the rows sum_rows_; only where sources did not fit
   Band sum_rows_;
 };

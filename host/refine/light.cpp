@@ -118,14 +118,17 @@ const cl::ComplexBuffer& PhaseStack::frame(int frame) {
 }
 
 FieldStack PhaseStack::read() const {
-  const auto padded = samples.read();
   FieldStack field{size_.x, size_.y, frames_, {}};
   const std::size_t rows = count_of(frames_) * count_of(size_.y);
   field.samples.reserve(rows * count_of(size_.x));
-  for (std::size_t row = 0; row < rows; ++row) {
-    const auto from = padded.begin() + static_cast<std::ptrdiff_t>(row * count_of(pitch_));
-    field.samples.insert(field.samples.end(), from, from + size_.x);
-  }
+  samples.on_host(
+      [&](std::span<const Sample> padded) {
+        for (std::size_t row = 0; row < rows; ++row) {
+          const auto from = padded.begin() + static_cast<std::ptrdiff_t>(row * count_of(pitch_));
+          field.samples.insert(field.samples.end(), from, from + size_.x);
+        }
+      },
+      0, samples.size());
   return field;
 }
 

@@ -38,6 +38,14 @@ TEST_CASE("encode makes of a render's field the pictures that the render made, b
     CHECK(again.out.empty());
     for (const char* name : {"hologram.png", "hologram_2.png"})
       CHECK(bytes_of(desk.folder() / "again" / name) == bytes_of(desk.out(name)));
+    // Of one laser, report.json stands for the field beside it.
+    const auto by_report =
+        desk.run({"encode", desk.out("report.json").string(), "-o", desk.file("by_report")});
+    INFO(by_report.err);
+    CHECK(by_report.code == 0);
+    CHECK_SAYS(by_report.out, "48 x 32 pixels, 2 frames, by ");
+    CHECK(bytes_of(desk.folder() / "by_report" / "hologram_2.png") ==
+          bytes_of(desk.out("hologram_2.png")));
     if (more != slm_text) continue;
     // Extensions are the same in capitals.
     std::filesystem::copy(desk.out("field.npy"), desk.out("FIELD.NPY"));

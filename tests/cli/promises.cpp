@@ -50,6 +50,86 @@ TEST_CASE("what plan warns of is said by render, quality and animate, and is in 
   check(outcome, report_of(desk, "moving/report.json")["notes"]);
 }
 
+TEST_CASE("plan states the memory that a render's process holds, within 1.25 of what it took") {
+  Desk desk;
+  const auto scene = desk.file("scene.toml");
+  const std::vector<std::string> usual{"--set", "hologram.resolution=[2600, 1800]",
+                                       "--set", "object.0.position=[0, 0, '120 mm']",
+                                       "--set", "object.0.width=3 mm",
+                                       "--set", "sampling.pitch=60 um"};
+  const std::string three = R"(hologram.wavelength=["638 nm", "520 nm", "450 nm"])";
+  for (const auto& set :
+       std::vector<std::vector<std::string>>{{"sampling.frames=1"},
+                                             {"sampling.frames=6", "slm.encoding=phase"},
+                                             {three},
+                                             {"hologram.tiles=[2, 2]", "slm.lens=1 m"},
+                                             {"wrp.propagation=spectrum", "wrp.padding=1.5"}}) {
+    auto with = usual;
+    for (const auto& value : set) with.insert(with.end(), {"--set", value});
+    const auto run = [&](std::vector<std::string> arguments) {
+      arguments.insert(arguments.end(), with.begin(), with.end());
+      auto outcome = desk.run(arguments);
+      INFO(outcome.err);
+      REQUIRE(outcome.code == 0);
+      return outcome;
+    };
+    const std::vector<std::string> render{"render", scene, "-o", desk.file("out")};
+    run(render);  // has the kernels compiled
+    const auto plan = Json::parse(run({"plan", scene, "--json"}).out);
+    double predicted = 0;
+    const auto add = [&](const Json& of_laser) {
+      predicted = std::max(predicted, of_laser["prediction"]["host_bytes"].get<double>());
+    };
+    if (plan.contains("colour"))
+      for (const auto& laser : plan["colour"]["lasers"]) add(laser["plan"]);
+    else
+      add(plan);
+    const auto peak = static_cast<double>(run(render).peak_bytes);
+    INFO(set[0] << ": " << peak << " bytes, " << predicted << " predicted");
+    CHECK(predicted < 1.25 * peak);
+    CHECK(peak < 1.25 * predicted);
+  }
+  CHECK_SAYS(desk.run({"plan", scene}).out, "on the device; render holds ",
+             " of the host's memory at most");
+}
+
+TEST_CASE("quality says before its pictures how long they take, and how far it is in all") {
+  const Desk desk;
+  const auto outcome = desk.shell(
+      "$RAYWAVE quality scene.toml -o out --lens-points 3000 --border 0 2> err & "
+      "i=0; until grep -q 'will take about' err || [ $i -gt 1200 ]; do sleep 0.1; i=$((i+1)); "
+      "done; kill $!; cat err");
+  CHECK_SAYS(outcome.out, "raywave: the comparison will take about ", "fewer --lens-points");
+}
+
+TEST_CASE("animate --rate says how many pictures a second it computed where it kept fewer") {
+  Desk desk;
+  desk.scene(
+      "[animation]\nframes = 3\n[[animation.track]]\nof = \"object.0.rotation\"\nat = [0, 1]\n"
+      "values = [[0, 0, 0], [0, 5, 0]]\n");
+  const std::string says = "pictures a second were computed, where ";
+  for (const auto& [rate, is_kept] : {std::pair("200000", false), {"0.001", true}}) {
+    const auto folder = std::string("moving") + rate;
+    const auto outcome = desk.run({"animate", desk.file("scene.toml"), "-o", desk.file(folder),
+                                   "--no-video", "--no-preview", "--rate", rate});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    CHECK((outcome.err.find(says) == std::string::npos) == is_kept);
+  }
+}
+
+TEST_CASE("drivers that compile clFFT's kernels print nothing of their own", "[slow]") {
+  const Desk desk;
+  REQUIRE(desk.render().code == 0);
+  const auto outcome =
+      desk.run({"reconstruct", desk.out("report.json").string(), "-z", "10 mm", "-o",
+                desk.file("seen"), "--fft", "clfft"},
+               {"RAYWAVE_CACHE_DIR=" + desk.file("cache"), "POCL_CACHE_DIR=" + desk.file("pocl")});
+  INFO(outcome.err);
+  CHECK(outcome.code == 0);
+  CHECK(has_notes_alone(outcome.err));
+}
+
 TEST_CASE("render --psnr says what it reached, as quality measures it on finer pixels") {
   const Desk desk;
   for (const auto& [asked_db, set] : {std::pair(20, "sampling.pitch=auto"), {70, "slm.bits=8"}}) {

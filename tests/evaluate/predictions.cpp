@@ -103,6 +103,17 @@ TEST_CASE("kernels that were compiled before are predicted to take no time, othe
   device.keeps_kernels = false;
   CHECK(kernels_s(plan, device) == 7.5);
   device.keeps_kernels = true;
+  // Mirrors and glass need half as much again, known of the device or not
+  const auto mirror =
+      unseen_scene("teapot.toml", {"object.0.width=3 mm", "materials.china.reflectivity=0.2"});
+  const auto of_mirror = make_plan(mirror, build_world(mirror));
+  CHECK(kernels_s(of_mirror, device).value() == Catch::Approx(1.55 * 7.5));
+  remember_kernels(of_mirror, device, {{"kernels", 30}}, {{"kernels", 15.5}});
+  CHECK(kernels_s(of_mirror, device) == 0);
+  device.keeps_kernels = false;
+  CHECK(kernels_s(plan, device).value() == Catch::Approx(10));
+  remember_kernels(plan, device, {{"kernels", 30}}, {{"kernels", 7.5}});
+  device.keeps_kernels = true;
   const auto shadowed = unseen_scene("teapot.toml", {"object.0.width=3 mm", "trace.shadows=true"});
   CHECK(kernels_s(make_plan(shadowed, build_world(shadowed)), device) == 7.5);
 }

@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Plans fit the scene and the device: WRPs, kernels, memory, and what is warned of.
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/memory_needs.hpp"
 #include "host/planning/tiles.hpp"
@@ -131,6 +132,41 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK_FALSE(warns(with({}), "passes beside the WRPs"));
   CHECK(warns(with({}), "undiffracted"));
   CHECK_FALSE(warns(with({"object.0.position=['0 mm', '9 mm', '150 mm']"}), "undiffracted"));
+}
+
+TEST_CASE(
+    "plans say what share of the light few levels, or less than a turn, put into the picture") {
+  const auto with = [](std::vector<std::string> set) {
+    set.insert(set.end(), {"hologram.resolution=[240, 136]", "slm.encoding=phase"});
+    return planned(data_scene("teapot.toml", set));
+  };
+  const auto says = [](double share) {
+    return "the phases that the SLM shows put " + percent_text(share) + " of the light into";
+  };
+  // sinc^2(1 / L) of L even levels
+  const auto of_levels = [](double levels) {
+    return std::pow(std::sin(std::numbers::pi / levels) * levels / std::numbers::pi, 2);
+  };
+  CHECK(warns(with({"slm.levels=2"}), "slm.levels: " + says(of_levels(2))));
+  CHECK(warns(with({"slm.levels=3"}), "slm.levels: " + says(of_levels(3))));
+  CHECK_FALSE(warns(with({"slm.levels=8"}), "put"));
+  CHECK_FALSE(warns(with({}), "put"));
+  // Phases beyond the span s go to the nearer end: s + sin(pi (1 - s)) / pi, squared
+  const double span = 0.6, sum = span + std::sin(std::numbers::pi * (1 - span)) / std::numbers::pi;
+  CHECK(warns(with({"slm.levels_per_turn=425"}), "slm.levels_per_turn: " + says(sum * sum)));
+  CHECK(warns(with({"slm.lut=[[0, 0], [255, 0.6]]"}), "slm.lut: " + says(sum * sum)));
+}
+
+TEST_CASE("a plan warns of a real image that reaches behind the viewer's eye, and by how much") {
+  const auto with = [](const std::string& distance) {
+    return planned(data_scene(
+        "teapot.toml", {"hologram.resolution=[240, 136]", "object.0.position=[0, 0, '-150 mm']",
+                        "viewer.distance=" + distance}));
+  };
+  const auto near = with("100 mm");
+  CHECK(warns(near, "behind the viewer's eye: give a viewer.distance of more than " +
+                        length_text(-near.plan.extent.near_m)));
+  CHECK_FALSE(warns(with("200 mm"), "behind the viewer's eye"));
 }
 
 DeviceFigures small_device() {

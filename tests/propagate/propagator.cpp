@@ -303,21 +303,25 @@ DEVICE_TEST(
     "sources summed before one inverse transform equal the sum of their propagations, time after "
     "time") {
   const Setup s{{50, 34}, {2 * um, 2 * um}, red_m, {}, 0.2 * mm};
-  const glm::dvec2 left(-40 * um, 0), right(35 * um, 11 * um);
+  const glm::dvec2 left(-40 * um, -25 * um), right(35 * um, 31 * um);
   const auto a = noise(s.size, 8), b = noise(s.size, 9);
   Propagator propagator(device, spec_of(s));
   auto expected = propagate(device, propagator, a, left, s.distance_m);
   const auto second = propagate(device, propagator, b, right, 0.3 * mm);
   std::transform(expected.begin(), expected.end(), second.begin(), expected.begin(), std::plus<>());
-  for (int repeat = 0; repeat < 2; ++repeat) {
+  const Target targets[] = {{left, s.distance_m}, {right, 0.3 * mm}};  // of other rows each
+  // Those that are told of one target leave their memory to what comes back
+  for (const auto& [is_first_told, is_second_told] :
+       {std::pair(false, false), {true, false}, {false, true}, {true, true}, {true, true}}) {
     cl::ComplexBuffer field(device, a, "field");
-    propagator.load(field);
-    propagator.add({left, s.distance_m});
+    propagator.load(field, 0, {targets, is_first_told ? 1u : 0u});
+    propagator.add(targets[0]);
     field.write(b);
-    propagator.load(field);
-    propagator.add({right, 0.3 * mm});
+    propagator.load(field, 0, {targets + 1, is_second_told ? 1u : 0u});
+    propagator.add(targets[1]);
     propagator.collect(field);
     CHECK(relative_error(field.read(), expected) < 1e-6);
+    if (is_second_told) CHECK_THROWS_AS(propagator.add(targets[1]), std::invalid_argument);
   }
   cl::ComplexBuffer nothing(device, a, "field");
   propagator.collect(nothing);

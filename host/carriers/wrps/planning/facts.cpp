@@ -18,11 +18,20 @@ std::uint64_t area(glm::ivec2 sides) {
 }
 
 /// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
-/// most: those of the WRPs up to two padded planes, what comes back, and the sum of what is more.
-std::uint64_t host_transform_bytes(glm::ivec2 size, const Plan& plan) {
-  const auto padded = area(size), rows = area({plan.tiling.tile_size.x, size.y});
-  const auto waiting = rows * plan.most_wrps_of_a_tile();
-  return 8 * (std::min(waiting, 2 * padded) + rows + (waiting > 2 * padded ? padded : 0));
+/// most: those of a tile's WRPs, which come back in their place. What is more than two padded planes
+/// waits as a sum.
+std::uint64_t host_transform_bytes(const SpectrumWrps& wrps, const Plan& plan) {
+  std::uint64_t most = 0;
+  for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile) {
+    const auto [first, end] = plan.wrps_of(tile);
+    std::uint64_t rows = 0;
+    for (auto wrp = first; wrp < end; ++wrp)
+      rows += static_cast<std::uint64_t>(rows_kept(wrps, plan, plan.wrps[wrp]).count());
+    const auto waiting = rows * static_cast<std::uint64_t>(plan.tiling.tile_size.x),
+               padded = area(wrps.padded);
+    most = std::max(most, waiting > 2 * padded ? 4 * padded : waiting);
+  }
+  return 8 * most;
 }
 
 double operations_of(double samples) { return 5 * samples * std::log2(samples); }
@@ -56,7 +65,7 @@ double propagation_error_of(const SpectrumWrps& wrps, const Plan& plan) {
 void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend fft,
                           MemoryNeeds& needs) {
   if (fft == FftBackend::host)
-    needs.host_bytes += host_transform_bytes(wrps.padded, plan);
+    needs.host_bytes += host_transform_bytes(wrps, plan);
   else
     for (const auto* name : {"padded plane", "sum of spectra"})
       needs.device.push_back({name, 8 * area(wrps.padded), advice_for_planes});
