@@ -11,7 +11,8 @@
 namespace raywave {
 
 /// True for scenes on both sides of the hologram, or in it, that are sampled from before them and
-/// gathered there. On one side alone, the lattice from the hologram's centre serves.
+/// gathered there. On one side alone, the lattice from the hologram's centre serves, but for what
+/// is seen near the hologram through an eyepiece.
 bool meets_hologram(const Scene& scene, const World& world);
 
 /// The plan with the scene's own propagation, which is not "auto" of Method::wrp, layers and tiles.
