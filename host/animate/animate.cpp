@@ -283,6 +283,11 @@ std::optional<LaserSet> Animator::colours() const {
   return scene().colour.value().lasers;
 }
 
+std::optional<Pupil> Animator::pupil() const {
+  if (!scene().viewer.eyepiece_m) return {};
+  return pupils_of(scene().viewer).front();
+}
+
 Camera Animator::camera(int picture) const {
   auto camera = camera_at(scene().animation.value(), picture);
   const auto& first = plan();

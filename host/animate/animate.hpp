@@ -67,6 +67,8 @@ public:
   const Schedule& schedule() const { return schedule_; }
   /// Of a picture, depth and window filled in.
   Camera camera(int picture) const;
+  /// That preview.mp4 looks through, behind an eyepiece.
+  std::optional<Pupil> pupil() const;
   /// Of a hologram as it is stored: turned as the SLM wants it.
   glm::ivec2 stored_size() const;
   /// Holograms of a picture turned so.

@@ -157,6 +157,7 @@ public:
     what.view = camera.view;
     what.aperture = camera.aperture;
     what.window_m = camera.window_m;
+    what.pupil = animator_.pupil();
     std::vector<Image> light;
     for (std::size_t laser = 0; laser < lasers_.size(); ++laser) {
       const auto& [panel, spec] = lasers_[laser];

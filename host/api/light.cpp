@@ -261,7 +261,8 @@ Picture preview(const Scene& scene, const PreviewOptions& options) {
   std::optional<glm::dvec2> window_m;
   if (options.window_m) window_m = vector_of(*options.window_m);
   return seen_by_lens(scene, options.on, {}, [&](const World& world, const raywave::Plan& plan) {
-    return preview_spec(positions_now(world), plan, options.z_m, window_m, vector_of(options.view));
+    return preview_spec(positions_now(world), plan, options.z_m, window_m, vector_of(options.view),
+                        scene.state().scenes[0].viewer);
   });
 }
 

@@ -6,6 +6,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <span>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -29,6 +30,7 @@ struct LensArguments {
   SceneOptions scene;
   DepthOptions depths;
   ViewOptions view;
+  PupilOption pupil;
   DeviceOptions device;
   ReportOptions report;
   int lens_points = LensSpec{}.points;
@@ -57,11 +59,13 @@ std::vector<Image> seen_by_lens(const cl::Device& device, const Lasers& plans, D
 }
 
 Json save(const LensArguments& options, const std::vector<Scene>& scenes,
-          const std::vector<Image>& images, const std::string& name, double z_m) {
+          const std::vector<Image>& images, const std::string& name, const LensSpec& what) {
+  const auto save_channels = [&](std::span<const Image> channels) {
+    return options.view.save(channels, name, what.z_m, "radiance", options.report, 0, what.pupil);
+  };
   return scenes.size() == 1
-             ? options.view.save(images, name, z_m, "radiance", options.report)
-             : options.view.save(picture_of_lasers(scenes[0].colour->lasers, images).channels, name,
-                                 z_m, "radiance", options.report);
+             ? save_channels(images)
+             : save_channels(picture_of_lasers(scenes[0].colour->lasers, images).channels);
 }
 
 void run_lens(const LensArguments& options) {
@@ -81,20 +85,26 @@ void run_lens(const LensArguments& options) {
   auto pictures = Json::array();
   Forecast forecast;
   const auto all = static_cast<double>(plans.size());
-  for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
-    const double z_m = what.z_m = depths_m[depth];
-    const auto name = name_at_depth("lens", options.depths.z[depth], z_m);
+  const auto pupils =
+      options.pupil.pupils(scenes[0].viewer, options.view.frame.frame(), options.view.is_part());
+  const std::size_t count = depths_m.size() * pupils.size();
+  for (std::size_t picture = 0; picture < count; ++picture) {
+    const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
+    what.z_m = depths_m[depth];
+    what.pupil = pupils[number];
+    const auto name = name_at_depth("lens", options.depths.z[depth], what.z_m) +
+                      name_of_pupil(number, pupils.size());
     std::vector<Image> images;
     {
       ProgressBar bar(options.report.quiet);
       images = seen_by_lens(device, plans, arrays, what, [&](double done) {
         bar.show(name, done / all);
-        if (const auto seconds = forecast.add(static_cast<double>(depth) * all + done,
-                                              all * static_cast<double>(depths_m.size())))
+        if (const auto seconds = forecast.add(static_cast<double>(picture) * all + done,
+                                              all * static_cast<double>(count)))
           say_time(bar, *seconds, "this", "fewer --lens-points or a smaller --window take less");
       });
     }
-    pictures.push_back(save(options, scenes, images, name, z_m));
+    pictures.push_back(save(options, scenes, images, name, what));
   }
   options.report.write(Json{{"pictures", pictures}});
 }
@@ -120,10 +130,10 @@ void run_preview(const LensArguments& options) {
     throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");
   const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
   const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
-                                 options.view.view());
+                                 options.view.view(), scenes[0].viewer);
   DeviceScene arrays(device, world, plans[0], false);
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
-  options.report.write(save(options, scenes, images, "preview", what.z_m));
+  options.report.write(save(options, scenes, images, "preview", what));
 }
 
 }  // namespace
@@ -138,6 +148,7 @@ void add_lens(CLI::App& app) {
   add_lens_points(*command, options->lens_points);
   options->device.add_device_to(*command);
   options->view.add_to(*command);
+  options->pupil.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
   command->callback([options] { run_lens(*options); });
 }

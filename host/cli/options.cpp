@@ -11,6 +11,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/geometry/world.hpp"
@@ -224,10 +225,11 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
 std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& viewer) const {
   const auto depth_of = [&](const std::string& text) {
     if (!text.ends_with('D')) return given_length_m(text, "-z");
-    const double dioptres =
-        number(text.substr(0, text.size() - 1), "-z", "a length, or a number of dioptres,");
+    const auto dioptres = dioptres_in(text);
+    if (!dioptres)
+      throw InputError("-z " + in_quotes(text) + ": a length, or a number of dioptres, is needed");
     try {
-      return depth_of_dioptres(viewer ? viewer() : ViewerSpec{}, dioptres);
+      return depth_of_dioptres(viewer ? viewer() : ViewerSpec{}, *dioptres);
     } catch (const InputError& error) {
       throw InputError("-z " + in_quotes(text) + ": " + error.what());
     }
@@ -273,6 +275,50 @@ void FrameOption::add_to(CLI::App& command, const std::string& what) {
 }
 
 Frame FrameOption::frame() const { return choice_of<Frame>(name, "--frame"); }
+
+void PupilOption::add_to(CLI::App& command) {
+  command
+      .add_option("--pupil", given,
+                  "Look through a pupil: that of the scene's [viewer], one of 3mm on the axis, or "
+                  "at a place, 3mm@1mm,0 or scene@1mm,0; none: through all of the hologram. May be "
+                  "given many times; scene behind an eyepiece, else none, when not given")
+      ->type_name("scene|none|SIZE[@X,Y]")
+      ->allow_extra_args(false)
+      ->group(group::pictures);
+}
+
+std::vector<std::optional<Pupil>> PupilOption::pupils(const ViewerSpec& viewer, Frame frame,
+                                                      bool is_part) const {
+  std::vector<std::optional<Pupil>> all;
+  const auto add_all = [&] {
+    for (const auto& pupil : pupils_of(viewer)) all.emplace_back(pupil);
+  };
+  for (const auto& text : given) {
+    const auto at = text.find('@');
+    const auto size = text.substr(0, at);
+    auto one = viewer;
+    if (size != "scene" && size != "none") {
+      one.pupil_m = positive_length_m(size, "--pupil");
+      one.pupil_places_m.clear();
+    }
+    if (at != std::string::npos) {
+      const auto [x, y] = two_parts(text.substr(at + 1), ',', "--pupil");
+      const glm::dvec2 place_m(given_length_m(x, "--pupil"), given_length_m(y, "--pupil"));
+      one.pupil_places_m = {in_frame(place_m, frame)};
+    }
+    if (size == "none")
+      all.emplace_back();
+    else
+      for (const auto& pupil : pupils_of(one)) all.emplace_back(pupil);
+  }
+  if (given.empty() && viewer.eyepiece_m && !is_part) add_all();
+  if (all.empty()) all.emplace_back();
+  return all;
+}
+
+std::string name_of_pupil(std::size_t number, std::size_t count) {
+  return count > 1 ? "_eye" + std::to_string(number + 1) : "";
+}
 
 void ViewOptions::add_to(CLI::App& command) {
   frame.add_to(command, "From where --view and the pictures are seen");
@@ -331,7 +377,8 @@ const char* seen_by(Frame frame) {
 }
 
 Json ViewOptions::save(std::span<const Image> pictures, const std::string& name, double z_m,
-                       const char* quantity, const ReportOptions& report, double blur_px) const {
+                       const char* quantity, const ReportOptions& report, double blur_px,
+                       const std::optional<Pupil>& pupil) const {
   std::vector<Image> channels;
   for (const auto& one : pictures) channels.push_back(in_frame(one, frame.frame()));
   const bool in_colour = channels.size() > 1;
@@ -343,8 +390,9 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
   save_picture(base + ".png", width, height, expose_to(seen, white));
   save_picture(base + ".exr", width, height, interleaved(channels));
   if (report.prints_text())
-    std::printf("%s.png  %d x %d%s, seen %s%s, white = %s %.4g (percentile %g), .exr beside it\n",
+    std::printf("%s.png  %d x %d%s, seen %s%s%s, white = %s %.4g (percentile %g), .exr beside it\n",
                 base.c_str(), width, height, in_colour ? " in colour" : "", seen_by(frame.frame()),
+                pupil ? (" through a pupil of " + pupil_text(*pupil, frame.frame())).c_str() : "",
                 blur_px > 0 ? format(", blurred by %.3g px", blur_px).c_str() : "", quantity, white,
                 percentile);
   Json told{{"z_m", z_m},
@@ -355,6 +403,7 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
             {"png_blur_px", blur_px},
             {"quantity", quantity}};
   if (in_colour) told["colour"] = "linear sRGB";
+  if (pupil) told["pupil"] = json_of(*pupil);
   told.update({{"white", white}, {"percentile", percentile}});
   return told;
 }

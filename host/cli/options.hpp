@@ -123,6 +123,20 @@ struct FrameOption {
   Frame frame() const;
 };
 
+/// --pupil: whether an eye's pupil, and not a lens as large as the hologram, is looked through.
+struct PupilOption {
+  std::vector<std::string> given;
+
+  void add_to(CLI::App& command);
+  /// What to look through, one after another; {empty}: the whole hologram. Where nothing is given,
+  /// the viewer's pupils where there is an eyepiece.
+  ///
+  /// frame    that places on the command line count in
+  /// is_part  a part of the hologram is looked through: without --pupil, there is no pupil
+  std::vector<std::optional<Pupil>> pupils(const ViewerSpec& viewer, Frame frame,
+                                           bool is_part = false) const;
+};
+
 /// --view, --aperture, --frame, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
   std::string view_centre, aperture_size, folder;
@@ -130,6 +144,7 @@ struct ViewOptions {
   double percentile = 99.5;
 
   void add_to(CLI::App& command);
+  bool is_part() const { return !view_centre.empty() || !aperture_size.empty(); }
   /// All throw InputError naming the option when it cannot be understood.
   // Centre of the open part in half holograms, in the hologram's frame
   glm::dvec2 view() const;
@@ -140,9 +155,11 @@ struct ViewOptions {
   /// them. Returns what --json says of them.
   ///
   /// blur_px   of the PNG, which is what is seen: standard deviation
+  /// pupil     that it is seen through
   /// channels  in the hologram's frame; one, or red, green, blue: PNGs are sRGB, EXRs linear sRGB
   Json save(std::span<const Image> channels, const std::string& name, double z_m,
-            const char* quantity, const ReportOptions& report, double blur_px = 0) const;
+            const char* quantity, const ReportOptions& report, double blur_px = 0,
+            const std::optional<Pupil>& pupil = {}) const;
 };
 
 /// "by an eye" and so on: from where a picture is seen.
@@ -152,6 +169,9 @@ const char* seen_by(Frame frame);
 ///
 /// z  as it was given
 std::string name_at_depth(const std::string& stem, const std::string& z, double z_m);
+
+/// "_eye2" for the second of several pupils.
+std::string name_of_pupil(std::size_t number, std::size_t count);
 
 /// --blur: a standard deviation.
 struct Blur {

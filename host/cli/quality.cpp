@@ -36,6 +36,7 @@ struct QualityArguments {
   ReportOptions report;
   QualitySpec quality;
   FrameOption frame;
+  PupilOption pupil;
   std::string out = ".", blur;
 };
 
@@ -44,6 +45,8 @@ QualitySpec spec_of(const QualityArguments& options, const Scene& scene) {
   spec.depths_m = options.depths.depths_m([&] { return scene.viewer; });
   if (const auto size_m = options.depths.window_m())
     spec.window = PictureWindow::around_axis(*size_m);
+  for (const auto& pupil : options.pupil.pupils(scene.viewer, options.frame.frame()))
+    if (pupil) spec.pupils.push_back(*pupil);
   if (!options.blur.empty()) {
     const auto blur = parse_blur(options.blur);
     spec.blur_m = blur.in_pixels ? blur.value * scene.hologram.pitch_m.x : blur.value;
@@ -92,6 +95,7 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
     if (is_colour)
       std::printf("  %19.2f  %6.2f  %11s", row.figures.mean, row.figures.most_of_95,
                   field_text(row.field_figures.mean).c_str());
+    if (row.pupil) std::printf("  %s", pupil_text(*row.pupil, options.frame.frame()).c_str());
     std::printf("\n");
   }
   std::printf("mean of whole pictures: %s\n", check.text().c_str());
@@ -243,6 +247,7 @@ void add_quality(CLI::App& app) {
             "At the first depth also through the left, right, top and bottom of the hologram");
   add_blur(*command, options->blur, "0.6 sampling.pitch");
   options->frame.add_to(*command, "From where quality.png shows the pictures");
+  options->pupil.add_to(*command);
   add_border(*command, quality.border_px);
   add_lens_points(*command, quality.lens_points);
   flag(*command, "--against-points", quality.against_points, group::pictures,

@@ -28,6 +28,7 @@ struct ReconstructArguments {
   HologramOptions hologram;
   DepthOptions depths;
   ViewOptions view;
+  PupilOption pupil;
   DeviceOptions device;
   ReportOptions report;
   std::string eyepiece, blur = "eye";
@@ -40,7 +41,7 @@ struct ReconstructArguments {
     const bool two = eyepiece.find(',') != std::string::npos;
     const auto [focal, distance] =
         two ? two_parts(eyepiece, ',', "--eyepiece") : std::pair(eyepiece, eyepiece);
-    spec.eyepiece_m = positive_length_m(focal, "--eyepiece");
+    spec.eyepiece_m = spec.eye_relief_m = positive_length_m(focal, "--eyepiece");
     spec.eyepiece_distance_m = given_length_m(distance, "--eyepiece");
     if (!(spec.eyepiece_distance_m >= 0))
       throw InputError("--eyepiece " + in_quotes(eyepiece) +
@@ -81,9 +82,14 @@ void run_reconstruct(const ReconstructArguments& options) {
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = Json::array();
-  for (std::size_t depth = 0; depth < depths_m.size(); ++depth) {
+  const auto pupils =
+      options.pupil.pupils(viewer, options.view.frame.frame(), options.view.is_part());
+  for (std::size_t picture = 0; picture < depths_m.size() * pupils.size(); ++picture) {
+    const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
     const double z_m = what.z_m = depths_m[depth];
-    const auto name = name_at_depth("reconstruction", options.depths.z[depth], z_m);
+    what.pupil = pupils[number];
+    const auto name = name_at_depth("reconstruction", options.depths.z[depth], z_m) +
+                      name_of_pupil(number, pupils.size());
     std::vector<Image> light;
     {
       ProgressBar bar(options.report.quiet);
@@ -100,9 +106,10 @@ void run_reconstruct(const ReconstructArguments& options) {
     }
     const double blur = blur_px(options, viewer, specs[0].pitch_m.x, z_m);
     pictures.push_back(
-        given.lasers ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels,
-                                         name, z_m, "light", options.report, blur)
-                     : options.view.save(light, name, z_m, "intensity", options.report, blur));
+        given.lasers
+            ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels, name, z_m,
+                                "light", options.report, blur, what.pupil)
+            : options.view.save(light, name, z_m, "intensity", options.report, blur, what.pupil));
   }
   options.report.write(Json{{"pictures", pictures}});
 }
@@ -130,6 +137,7 @@ void add_reconstruct(CLI::App& app) {
       ->capture_default_str();
   options->device.add_to(*command);
   options->view.add_to(*command);
+  options->pupil.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
   command->callback([options] { run_reconstruct(*options); });
 }

@@ -54,7 +54,7 @@ void GoalCheck::measure(const QualityResult& result, double pitch_m) {
   resolution_m = result.blur_px * pitch_m / blur_of_resolution;
   double sum_db = 0, count = 0;
   for (const auto& row : result.rows) {
-    if (row.view != whole_view.name) continue;
+    if (row.view != whole_view.name && !row.pupil) continue;
     sum_db += row.figures.luminance.psnr_db;
     ++count;
   }

@@ -130,6 +130,26 @@ void add_scene(const Scene& scene, const World& world, const Plan& plan, Rows& o
         << " D to " << number(dioptres_of_depth(scene.viewer, plan.extent.far_m)) << " D\n";
 }
 
+void add_eye(const Scene& scene, const EyeView& eye, Rows& out) {
+  out << "eye       a pupil of " << mm(eye.pupil.diameter_m) << " sees "
+      << number(eye.acuity * 180 * 60 / std::numbers::pi) << " arc minutes, sharp within +-"
+      << number(eye.sharp()) << " D (of acuity " << number(eye.sharp_by_acuity)
+      << ", of a quarter wave " << number(eye.sharp_by_wave) << ")";
+  if (scene.viewer.eyepiece_m)
+    out << "; eyebox " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y)
+        << ", undiffracted light around (" << mm(eye.zero_order_m.x) << ", "
+        << mm(eye.zero_order_m.y) << "), the hologram itself at "
+        << number(dioptres_of_depth(scene.viewer, 0)) << " D";
+  else
+    out << "; the SLM's orders lie " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y)
+        << " apart there";
+  out << "\n";
+  for (const auto& place : eye.places)
+    out << "          at (" << mm(place.centre_m.x) << ", " << mm(place.centre_m.y)
+        << ") the scene's light fills " << format("%.3g", 100 * place.light) << " % of it, and "
+        << format("%.3g", 100 * place.cut) << " % of the scene is not seen\n";
+}
+
 void add_illumination(const Scene& scene, const Plan& plan, Rows& out) {
   if (const auto& falling = scene.slm.illumination; !falling.is_plane()) {
     out << "light     on the SLM ";
@@ -283,6 +303,7 @@ void add_plan(const Planned& planned, const World& world, bool is_one, Rows& out
   add_hologram(plan, prediction.slm_light, is_one, out);
   add_objects(scene, world, out);
   add_scene(scene, world, plan, out);
+  if (prediction.eye) add_eye(scene, *prediction.eye, out);
   add_illumination(scene, plan, out);
   add_planes(plan, out);
   add_samples(scene, plan, out);
@@ -350,6 +371,7 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
 }
 
 Json json_of(glm::ivec2 v) { return Json::array({v.x, v.y}); }
+Json json_of(glm::dvec2 v) { return Json::array({v.x, v.y}); }
 Json json_of(glm::dvec3 v) { return Json::array({v.x, v.y, v.z}); }
 
 Json json_of(const Planned& planned, const World& world) {
@@ -415,6 +437,18 @@ Json json_of(const Prediction& prediction) {
                       {"size_m", {light.zero_order_size_m.x, light.zero_order_size_m.y}},
                       {"stopped", light.zero_order_stopped},
                       {"share_of_picture", light.on_picture}}}};
+  if (prediction.eye) {
+    const auto& eye = *prediction.eye;
+    j["eye"] = {{"pupil_m", eye.pupil.diameter_m},
+                {"eyebox_m", json_of(eye.eyebox_m)},
+                {"acuity", eye.acuity},
+                {"sharp_dioptres",
+                 {{"by_acuity", eye.sharp_by_acuity}, {"by_quarter_wave", eye.sharp_by_wave}}}};
+    for (const auto& place : eye.places)
+      j["eye"]["places"].push_back({{"position_m", json_of(place.centre_m)},
+                                    {"light", place.light},
+                                    {"not_seen", place.cut}});
+  }
   const auto& w = prediction.work;
   j["work"] = {{"samples", w.samples},
                {"rays", w.rays},

@@ -201,8 +201,12 @@ public:
   }
 
   std::vector<QualityResult> judge(LensPictures& lens) {
-    for (const double z_m : depths_m_) add_row(whole_view, z_m, lens);
-    if (what_.views) {
+    for (const double z_m : depths_m_) {
+      if (what_.pupils.empty()) add_row(whole_view, z_m, lens);
+      for (const auto& pupil : what_.pupils)
+        add_row({"pupil", whole_view.centre, whole_view.aperture, pupil}, z_m, lens);
+    }
+    if (has_side_views()) {
       for (const auto& view : side_views) add_row(view, depths_m_.front(), lens);
     }
     return std::move(results_);
@@ -217,8 +221,10 @@ private:
   }
 
   double count() const { return static_cast<double>(scenes_.size()); }
+  bool has_side_views() const { return what_.views && what_.pupils.empty(); }
   double rows() const {
-    return static_cast<double>(depths_m_.size() + (what_.views ? side_views.size() : 0));
+    return static_cast<double>(depths_m_.size() * std::max<std::size_t>(1, what_.pupils.size()) +
+                               (has_side_views() ? side_views.size() : 0));
   }
   double looks() const { return what_.field ? 2 : 1; }
   double all_s() const { return count() * rows() * (lens_s_ + looks() * look_s_); }
@@ -254,6 +260,7 @@ private:
                          what_.field ? mixed(shown_by_field) : ImageList(),
                          result.blur_px / what_.square_px, what_.border_px / what_.square_px);
       done.view = view.name;
+      done.pupil = view.pupil;
       done.z_m = z_m;
       const auto& size = plans_[0].hologram.size;
       for (std::size_t i = 0; i < scenes_.size(); ++i)
@@ -281,7 +288,7 @@ private:
       const auto image = lens_picture(
           device_, plans_[i], arrays_,
           {z_m, window_m_, view.centre, view.aperture, what_.lens_points, pixel_m_,
-           what_.square_px > 1},
+           what_.square_px > 1, view.pupil},
           [&, show = progress_of("lens", view, z_m, lens_s_)](double share) {
             show(share);
             if (what_.lens_progress)
@@ -295,7 +302,8 @@ private:
 
   Image look(const char* step, const QualityView& view, double z_m, std::size_t laser,
              const FieldStack& field) {
-    const ReconstructSpec spec{z_m, window_m_, view.centre, view.aperture};
+    ReconstructSpec spec{z_m, window_m_, view.centre, view.aperture};
+    spec.pupil = view.pupil;
     return in_window(averaged(reconstruct(device_, how_.fft, field, scenes_[laser].hologram, spec,
                                           progress_of(step, view, z_m, look_s_)),
                               what_.square_px));
@@ -495,6 +503,17 @@ Json json_of(const PictureWindow& window) {
   return {{"low", {window.low_m.x, window.low_m.y}}, {"high", {window.high_m.x, window.high_m.y}}};
 }
 
+Json json_of(const Pupil& pupil) {
+  return {{"diameter_m", pupil.diameter_m}, {"position_m", {pupil.centre_m.x, pupil.centre_m.y}}};
+}
+
+std::string pupil_text(const Pupil& pupil, Frame frame) {
+  const auto seen_m = in_frame(pupil.centre_m, frame) + 0.0;  // not -0
+  return length_text(pupil.diameter_m) +
+         (seen_m == glm::dvec2(0) ? " on the axis"
+                                  : " at " + length_text(seen_m.x) + ", " + length_text(seen_m.y));
+}
+
 Json delta_e_json(const ColourComparison& figures) {
   return {{"mean", figures.mean},
           {"median", figures.median},
@@ -525,6 +544,7 @@ Json quality_json(const std::vector<Scene>& scenes, const QualityResult& result,
   };
   for (const auto& row : result.rows) {
     Json told{{"z_m", row.z_m}, {"view", row.view}};
+    if (row.pupil) told["pupil"] = json_of(*row.pupil);
     told.update(figures_json(row.figures));
     told.update({{"scale", row.figures.scale},
                  {"light_share", row.light_share},

@@ -26,7 +26,10 @@ namespace raywave {
 struct QualitySpec {
   // Looked at through the whole hologram; empty: quality_depths_m
   std::vector<double> depths_m;
-  // At the first depth also through four quarters of the hologram: left, right, top, bottom
+  // Looked at through each of these, at every depth, in place of the whole hologram
+  std::vector<Pupil> pupils{};
+  // At the first depth also through four quarters of the hologram: left, right, top, bottom; not
+  // with pupils
   bool views = true;
   std::optional<PictureWindow> window;  // empty: quality_window
   // Standard deviation of the Gaussian before comparing; empty: 0.6 of sampling.pitch
@@ -49,6 +52,7 @@ struct QualitySpec {
 struct QualityView {
   const char* name;
   glm::dvec2 centre, aperture;
+  std::optional<Pupil> pupil{};  // it is the whole hologram that is seen through it
 };
 inline const QualityView whole_view{"whole", {0, 0}, {1, 1}};
 inline const std::array<QualityView, 4> side_views{{{"left", {0.5, 0}, {0.5, 0.5}},
@@ -60,7 +64,8 @@ inline const std::array<QualityView, 4> side_views{{{"left", {0.5, 0}, {0.5, 0.5
 /// blurred, without the border, and made smaller for the contact sheet; they have one channel, or
 /// of several lasers linear red, green and blue.
 struct QualityRow {
-  std::string view;  // "whole", "left", "right", "top" or "bottom"
+  std::string view;  // "whole", "left", "right", "top", "bottom" or "pupil"
+  std::optional<Pupil> pupil{};
   double z_m = 0;
   // Of the levels, each laser with its power, and of the complex fields. Of one laser, `luminance`
   // is of its intensities, and there are no colours to differ; of several, it is in the domain of
@@ -157,6 +162,9 @@ Sheet contact_sheet(const QualityResult& result, Frame frame = Frame::eye);
 /// What compared fields and the colours of compared pictures have in all reports.
 Json json_of(const FieldComparison& figures);
 Json json_of(const PictureWindow& window);
+Json json_of(const Pupil& pupil);
+/// "4 mm at 1 mm, 0 mm"
+std::string pupil_text(const Pupil& pupil, Frame frame);
 Json delta_e_json(const ColourComparison& figures);
 
 /// All figures as JSON, with report_json as "render".

@@ -241,6 +241,10 @@ ViewerSpec viewer_of_report(const std::filesystem::path& report,
     take("resolution_m", viewer.resolution_m);
     take("eyepiece_m", viewer.eyepiece_m);
     take("eyepiece_distance_m", viewer.eyepiece_distance_m);
+    take("pupil_m", viewer.pupil_m);
+    viewer.eye_relief_m = told.value("eye_relief_m", viewer.eyepiece_m.value_or(0));
+    for (const auto& place : told.value("pupil_position_m", Json::array()))
+      viewer.pupil_places_m.emplace_back(place.at(0).get<double>(), place.at(1).get<double>());
   } catch (const nlohmann::json::exception& error) {
     refuse_damaged(report, error);
   }

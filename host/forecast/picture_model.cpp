@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/vector_relational.hpp>
 #include <numbers>
 #include <numeric>
 
@@ -206,7 +207,10 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   row.spot_m = limit_m(plan, z_m);
   // Light that an encoding throws aside has not left the picture there
   const auto aside = glm::abs(z_m) * plan.hologram.largest_sine / plan.window_m();
-  if (is_near_hologram(plan)) row.unshown = std::max(0.0, 1 - aside.x) * std::max(0.0, 1 - aside.y);
+  const bool is_whole_band = glm::any(glm::greaterThan(
+      plan.hologram.largest_sine, 0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m));
+  if (is_near_hologram(plan) && is_whole_band)
+    row.unshown = std::max(0.0, 1 - aside.x) * std::max(0.0, 1 - aside.y);
   row.pitch = std::abs(z_m - view.eye_z_m) / plan.lattice.full_z_m;
   const double side_m = cell_m(view, z_m);
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);

@@ -230,6 +230,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
                          wrps ? predicted_padding_errors(plan, {wrps->padded})[0] : propagation);
   }
   prediction.slm_light = slm_light(plan, candidates.view(), wavelengths_m_of(s));
+  if (has_pupil(s)) prediction.eye = eye_view(s, plan, candidates.view());
   const double phase_error = 2 * std::numbers::pi * phase_error_turns(plan);
   prediction.field_error = std::hypot(cone_error_of(plan), std::hypot(propagation, phase_error));
   return prediction;

@@ -10,6 +10,7 @@
 
 #include "host/common/choices.hpp"
 #include "host/forecast/candidates.hpp"
+#include "host/forecast/eye.hpp"
 #include "host/forecast/slm_light.hpp"
 #include "host/planning/memory_needs.hpp"
 
@@ -49,7 +50,8 @@ struct Prediction {
   bool device_on_host = true;
   std::optional<PicturePrediction> pictures;  // of aimed sampling
   SlmLight slm_light;
-  double resolution_m = 0;  // detail that they are judged at
+  std::optional<EyeView> eye{};  // has_pupil
+  double resolution_m = 0;       // detail that they are judged at
   // Relative L2, of cone, padding and phases
   double field_error = 0;
 };

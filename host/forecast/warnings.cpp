@@ -10,6 +10,7 @@
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/candidates.hpp"
+#include "host/forecast/eye.hpp"
 #include "host/forecast/panel_rate.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/precision.hpp"
@@ -150,7 +151,11 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   }
 
   const auto light = light_of(plan, view, shortest);
-  if (light.all > 0) {
+  std::optional<EyeView> eye;
+  if (scene.viewer.eyepiece_m) eye = eye_view(scene, plan, view);
+  if (eye) {
+    for (const auto& warning : eye_warnings(scene, plan, *eye)) warn(warning);
+  } else if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
       warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
            degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
@@ -191,7 +196,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
                               plan.hologram.pitch_m[axis] +
                           (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
                  extent = world.max_m[axis] - world.min_m[axis];
-    if (extent > period) {
+    if (extent > period && !eye) {
       warn(std::string("the picture's replicas overlap it: its ") +
            (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
            " is more than wavelength z / pitch, " + length_text(std::round(period * 1e7) / 1e7) +
@@ -204,8 +209,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   const double p = scene.sampling.pitch_m;
   const auto limits = limit_m(plan, middle_m(plan));
   const double limit = shortest * std::max(limits.x, limits.y);
-  const double resolution_m =
-      std::max(limit, scene.viewer.resolution_m.value_or(detail_for_eye_m(scene, plan)));
+  const double resolution_m = std::max(
+      limit,
+      scene.viewer.resolution_m.value_or(eye ? eye->detail_m : detail_for_eye_m(scene, plan)));
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };

@@ -3,6 +3,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 
 #include "host/common/error.hpp"
@@ -117,7 +118,10 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 
 glm::dvec2 limit_m(const Plan& plan, double z_m) {
   const auto limit = plan.hologram.wavelength_m * std::abs(z_m) / plan.window_m();
-  return is_near_hologram(plan) ? glm::max(limit, plan.hologram.pitch_m) : limit;
+  if (!is_near_hologram(plan)) return limit;
+  // The pixel, or what the part of the band that is gathered resolves
+  const auto resolved = plan.hologram.wavelength_m / (2.0 * plan.hologram.largest_sine);
+  return glm::max(limit, glm::max(resolved, plan.hologram.pitch_m));
 }
 
 std::uint64_t primary_rays(const Plan& plan) {

@@ -135,6 +135,19 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
   }
 }
 
+/// Light that is gathered for an eye behind an eyepiece: what reaches its pupil, and no more of the
+/// band than the encoding keeps apart from its own haze. What would light the rest of the eyebox is
+/// left out.
+glm::dvec2 sine_for_eye(const ViewerSpec& viewer, const Plan& plan) {
+  glm::dvec2 reach(0);
+  for (const auto& pupil : pupils_of(viewer))
+    reach = glm::max(reach, (glm::abs(pupil.centre_m) + pupil.diameter_m / 2 +
+                             std::abs(pupil.a) * plan.window_m() / 2.0) /
+                                std::abs(pupil.b_m));
+  const double kept = plan.slm.encoding == Encoding::double_phase ? most_filled_by_double_phase : 1;
+  return glm::min(reach, kept * plan.hologram.largest_sine);
+}
+
 /// Divides the hologram into the tiles that the scene asks for, or had before its objects moved.
 ///
 /// throws  InputError where it can only be computed in one piece
@@ -160,7 +173,9 @@ bool meets_hologram(const Scene& scene, const World& world) {
   const bool has_bounces =
       scene.trace.depth != 0 &&
       lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
-  return !has_bounces && !scene.refine;
+  const bool is_asked_otherwise =
+      scene.wrp.propagation != WrpPropagation::automatic || !scene.wrp.distances_m.empty();
+  return !has_bounces && !scene.refine && !is_asked_otherwise;
 }
 
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,
@@ -193,6 +208,8 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
   plan.hologram.band_filled = moved_from ? moved_from->hologram.band_filled
                                          : share_of_band(world, plan.hologram.largest_sine);
   choose_encoding(scene, world, is_near, moved_from, plan);
+  if (is_near && scene.viewer.eyepiece_m)
+    plan.hologram.largest_sine = sine_for_eye(scene.viewer, plan);
 
   // What later stages need to know of the scene
   plan.scene_name = scene.file.string();

@@ -14,6 +14,7 @@
 #include "host/scene/read_slm.hpp"
 #include "host/scene/scene.hpp"
 #include "host/scene/settings.hpp"
+#include "host/scene/units.hpp"
 
 namespace raywave {
 namespace {
@@ -33,6 +34,23 @@ std::vector<double> read_wavelengths(const Value& v) {
       if (std::abs(before[i] - before.back()) < least_difference_m)
         one.fail("another colour than " + length_text(before[i]));
   });
+}
+
+/// `[x, y]`, or an array of such places.
+std::vector<glm::dvec2> read_places_m(const Value& v) {
+  constexpr std::size_t most = 100;
+  const auto place = [](const Value& one) {
+    return one.vector<glm::dvec2>("two lengths [x, y]",
+                                  [](const Value& x) { return x.length_m(between(-1, 1)); });
+  };
+  const auto* array = v.node->as_array();
+  if (!array || array->empty() || !array->front().is_array()) return {place(v)};
+  if (array->size() > most) v.fail("two lengths [x, y], or 1 to 100 such places");
+  std::vector<glm::dvec2> places;
+  for (std::size_t i = 0; i < array->size(); ++i)
+    places.push_back(
+        place({v.document, array->get(i), v.path, v.label + "[" + std::to_string(i) + "]"}));
+  return places;
 }
 
 /// The laser that colour.only names.
@@ -185,9 +203,21 @@ glm::dvec3 read_direction(const Value& v) {
 
 std::filesystem::path file_of(const Value& v) { return v.existing_file(); }
 
-Setting position(glm::dvec3& position_m) {
-  auto made =
-      setting("position", position_m, [](const Value& v) { return v.lengths_m(kAnyPosition); });
+/// viewer  whose eyepiece shows depths in dioptres; null: z is a length
+Setting position(glm::dvec3& position_m, const ViewerSpec* viewer = nullptr) {
+  const auto coordinate = [viewer](const Value& v) {
+    const auto* text = viewer && v.label.ends_with("[2]") ? v.node->as_string() : nullptr;
+    const auto dioptres = text ? dioptres_in(text->get()) : std::nullopt;
+    if (!dioptres) return v.length_m(kAnyPosition);
+    try {
+      return depth_of_dioptres(*viewer, *dioptres);
+    } catch (const InputError& error) {
+      v.refuse(in_quotes(text->get()) + ": " + error.what());
+    }
+  };
+  auto made = setting("position", position_m, [coordinate](const Value& v) {
+    return v.vector<glm::dvec3>("three lengths [x, y, z]", coordinate);
+  });
   return made.as("position_m");
 }
 
@@ -268,15 +298,25 @@ void keys_of(AccuracySpec& spec, const Keys& key) {
 void keys_of(ViewerSpec& spec, const Keys& key) {
   key(length("distance", spec.distance_m, between(0, 1e4)));
   key(length("eyepiece", spec.eyepiece_m, between(1e-6, 1e4)).or_word("none").and_then([&](auto&) {
-    spec.eyepiece_distance_m = *spec.eyepiece_m;
+    spec.eyepiece_distance_m = spec.eye_relief_m = *spec.eyepiece_m;
   }));
   key(length("eyepiece_distance", spec.eyepiece_distance_m, between(0, 1e4))
           .told_if(spec.eyepiece_m.has_value())
           .and_then([&](const Value& v) {
             if (!spec.eyepiece_m) v.fail("given with eyepiece");
           }));
+  key(length("eye_relief", spec.eye_relief_m, between(0, 1e4))
+          .told_if(spec.eyepiece_m.has_value())
+          .and_then([&](const Value& v) {
+            if (!spec.eyepiece_m) v.fail("given with eyepiece");
+          }));
   key(length("resolution", spec.resolution_m, between(1e-9, 1)).or_auto());
   key(length("pupil", spec.pupil_m, between(1e-6, 1)));
+  key(setting("pupil_position", spec.pupil_places_m, read_places_m, [](const auto& places_m) {
+        auto all = Json::array();
+        for (const auto& place_m : places_m) all.push_back(told(place_m));
+        return places_m.empty() ? Json() : all;
+      }).as("pupil_position_m"));
 }
 
 void keys_of(RefineSettings& spec, const Keys& key) {
@@ -363,14 +403,14 @@ void keys_of(Material& material, const Keys& key, double wavelength_m) {
 }
 
 void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
-             const std::vector<Material>& materials, bool needs_mesh) {
+             const ViewerSpec& viewer, const std::vector<Material>& materials, bool needs_mesh) {
   // An object so many times as wide as its hologram has a width in millimetres, mostly
   constexpr double doubted_holograms = 100;
   const double doubted_m = doubted_holograms * hologram.resolution.x * hologram.pitch_m.x;
   key(setting("mesh", object.mesh, file_of)
           .needing(needs_mesh ? "the name of a mesh file" : nullptr));
   key(length("width", object.width_m, between(1e-9, 1e4), std::min(doubted_m, least_doubted_m)));
-  key(position(object.position_m));
+  key(position(object.position_m, &viewer));
   key(setting("rotation", object.rotation_deg, [](const Value& v) {
         return v.numbers(between(-1e6, 1e6));
       }).as("rotation_deg"));
@@ -433,7 +473,7 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
   }
   for (Section& section : root.sections("object"))
     scene.objects.push_back(read_keys(section, placed<Object>(section), scene.hologram,
-                                      scene.materials, text.needs_meshes));
+                                      scene.viewer, scene.materials, text.needs_meshes));
   Section of_gltf = root.section("scene");
   Section animation = root.section("animation");
   root.finish();

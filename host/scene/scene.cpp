@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/scene.hpp"
 
+#include <cmath>
 #include <numbers>
 
 #include "host/common/error.hpp"
@@ -56,6 +57,29 @@ double detail_for_eye_m(const ViewerSpec& viewer, double z_m) {
   const double eye_m = viewer.eyepiece_m ? viewer.eyepiece_distance_m : viewer.distance_m;
   // Real images before the hologram are nearer to the eye
   return arc_minute * std::max(eye_m + z_m, eye_m / 4);
+}
+
+Pupil pupil_at(const ViewerSpec& viewer, glm::dvec2 place_m) {
+  Pupil pupil{viewer.pupil_m, place_m, 1, viewer.distance_m};
+  if (viewer.eyepiece_m) {
+    const double focal_m = *viewer.eyepiece_m, lens_m = viewer.eyepiece_distance_m,
+                 eye_m = viewer.eye_relief_m;
+    pupil.a = 1 - eye_m / focal_m;
+    pupil.b_m = lens_m + eye_m - lens_m * eye_m / focal_m;
+  }
+  if (!(std::abs(pupil.b_m) >= 1e-6))
+    throw InputError(viewer.eyepiece_m ? "viewer: the eyepiece images the hologram into the pupil; "
+                                         "give another eye_relief or eyepiece_distance"
+                                       : "viewer: the pupil stands in the hologram's plane; give a "
+                                         "distance > 0");
+  return pupil;
+}
+
+std::vector<Pupil> pupils_of(const ViewerSpec& viewer) {
+  std::vector<Pupil> pupils;
+  for (const auto& place_m : viewer.pupil_places_m) pupils.push_back(pupil_at(viewer, place_m));
+  if (pupils.empty()) pupils.push_back(pupil_at(viewer, {0, 0}));
+  return pupils;
 }
 
 double dioptres_of_depth(const ViewerSpec& viewer, double z_m) {

@@ -154,6 +154,9 @@ struct ViewerSpec {
   std::optional<double> eyepiece_m;
   double eyepiece_distance_m = 0;
   double pupil_m = 4e-3;  // of the eye, across
+  // Of the pupil's middle, from the axis, one for each picture; empty: on the axis
+  std::vector<glm::dvec2> pupil_places_m{};
+  double eye_relief_m = 0;  // of the pupil from the eyepiece
   // Smallest wanted detail of the picture; empty: what an eye at that distance resolves
   std::optional<double> resolution_m;
 };
@@ -346,5 +349,32 @@ double detail_for_eye_m(const ViewerSpec& viewer, double z_m);
 
 /// The dioptres at which the plane z_m is seen; it must lie beyond the eyepiece, z_m > -e.
 double dioptres_of_depth(const ViewerSpec& viewer, double z_m);
+
+/// A pupil that a hologram is looked at through: a disc in a plane on the eye's side. Light that
+/// leaves the hologram's place h with the slope s, over the distance travelled, meets that plane at
+/// a h + b s: before a bare SLM a is 1 and b the distance; behind an eyepiece, in its focal plane,
+/// a is 0 and b the focal length.
+struct Pupil {
+  double diameter_m = 4e-3;
+  glm::dvec2 centre_m{0, 0};
+  double a = 1, b_m = 0.25;
+
+  /// Where light from the picture's place x_m in the plane z_m to the pupil's place at_m passes the
+  /// hologram, along one axis.
+  double through_m(double x_m, double z_m, double at_m) const {
+    return (b_m * x_m + z_m * at_m) / (a * z_m + b_m);
+  }
+  /// Distance between the places of the pupil's plane where the SLM's orders meet it: the eyebox.
+  glm::dvec2 eyebox_m(const HologramSpec& hologram) const {
+    return hologram.wavelength_m * std::abs(b_m) / hologram.pitch_m;
+  }
+};
+
+/// The pupil of a viewer at a place.
+///
+/// throws  InputError where the eye would stand in the hologram or in an image of it
+Pupil pupil_at(const ViewerSpec& viewer, glm::dvec2 place_m);
+/// At each of the viewer's places.
+std::vector<Pupil> pupils_of(const ViewerSpec& viewer);
 
 }  // namespace raywave

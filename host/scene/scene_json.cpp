@@ -74,7 +74,7 @@ Json json_of(const Scene& scene) {
     json["materials"].back().update(json_of_keys(material, wavelength_m));
   }
   for (const auto& object : scene.objects) {
-    auto one = json_of_keys(object, scene.hologram, scene.materials, false);
+    auto one = json_of_keys(object, scene.hologram, scene.viewer, scene.materials, false);
     if (!object.width_m) one["width_m"] = "as in the file";
     json["objects"].push_back(one);
   }

@@ -65,7 +65,7 @@ void keys_of(Light& light, const Keys& key);
 void keys_of(Material& material, const Keys& key, double wavelength_m);
 /// needs_mesh  it cannot be left out
 void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
-             const std::vector<Material>& materials, bool needs_mesh);
+             const ViewerSpec& viewer, const std::vector<Material>& materials, bool needs_mesh);
 /// wavelength_m  of LUTs by wavelength, it takes the nearest
 void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits);
 

@@ -79,6 +79,11 @@ double parse_length_m(std::string_view text, std::string_view what) {
   fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for metres)");
 }
 
+std::optional<double> dioptres_in(std::string_view text) {
+  constexpr Unit dioptre[] = {{"D", 1}};
+  return in_base_unit(text, dioptre);
+}
+
 double given_length_m(std::string_view text, std::string_view what) {
   require_unit(text, what, "mm");
   if (const auto length = in_base_unit(text, length_units)) return *length;

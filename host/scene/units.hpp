@@ -2,6 +2,7 @@
 /// Numbers with units, as people type them.
 #pragma once
 
+#include <optional>
 #include <string_view>
 
 namespace raywave {
@@ -13,6 +14,9 @@ double parse_length_m(std::string_view text, std::string_view what);
 /// Metres from a text with a unit, as the command line needs it; "0" needs none.
 /// throws  InputError naming `what` when the text is no such length
 double given_length_m(std::string_view text, std::string_view what);
+
+/// "1.5 D" as 1.5; empty for what is no number of dioptres.
+std::optional<double> dioptres_in(std::string_view text);
 
 /// Seconds from "30 ms", "2s" ...: us, ms, s; >= 0, and "0" needs no unit.
 /// throws  InputError naming `what` when the text is no such time

@@ -2,6 +2,7 @@
 #include "host/view/lens.hpp"
 
 #include <algorithm>
+#include <cfloat>
 #include <chrono>
 #include <cmath>
 #include <glm/common.hpp>
@@ -9,6 +10,7 @@
 #include <numeric>
 
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/view/reconstruct.hpp"
 
@@ -30,6 +32,9 @@ void check(const LensSpec& what) {
     throw InputError("aperture: must be > 0");
   if (what.pixel_m && !(positive(what.pixel_m->x) && positive(what.pixel_m->y)))
     throw InputError("lens: pixels must be > 0");
+  if (const auto& pupil = what.pupil; pupil && !(1 + pupil->a * what.z_m / pupil->b_m > 1e-6))
+    throw InputError("z: " + length_text(what.z_m) +
+                     " is where the eye's pupil is, or behind it; look at a plane before it");
   if (what.points < 1 || what.points > most_points)
     throw InputError("points: must be 1 to " + std::to_string(most_points) + ", got " +
                      std::to_string(what.points));
@@ -41,6 +46,37 @@ int scatter_of(int n) {
   int scatter = std::max(1, static_cast<int>(std::lround(0.618 * n)));
   while (std::gcd(scatter, n) != 1) ++scatter;
   return scatter;
+}
+
+/// Puts the points of the lens where rays to a pupil pass the hologram, which is open from low_m to
+/// high_m.
+void look_through(const Pupil& pupil, const Plan& plan, const LensSpec& what, glm::dvec2 low_m,
+                  glm::dvec2 high_m, device::LensPlane& lens) {
+  const glm::dvec2 origin_m(plan.extent.origin_m);
+  const double moved = pupil.through_m(0, what.z_m, 1), follow = pupil.through_m(1, what.z_m, 0),
+               step_m = pupil.diameter_m / what.points, first_m = pupil.diameter_m / 2 - step_m / 2;
+  const auto origin_here_m = (follow - 1) * origin_m;
+  lens.follow = static_cast<float>(follow);
+  lens.lens_left = static_cast<float>(moved * (pupil.centre_m.x - first_m) + origin_here_m.x);
+  lens.lens_top = static_cast<float>(moved * (pupil.centre_m.y + first_m) + origin_here_m.y);
+  lens.lens_pitch_x = lens.lens_pitch_y = static_cast<float>(moved * step_m);
+  lens.reach_x = lens.reach_y = 0;
+  lens.is_round = 1;
+  int rays = 0;
+  for (int j = 0; j < what.points; ++j)
+    for (int i = 0; i < what.points; ++i) {
+      const int x = 2 * i + 1 - what.points, y = 2 * j + 1 - what.points;
+      if (x * x + y * y <= what.points * what.points) ++rays;
+    }
+  lens.rays = static_cast<float>(rays);
+  lens.window_left = static_cast<float>(low_m.x - origin_m.x);
+  lens.window_right = static_cast<float>(high_m.x - origin_m.x);
+  lens.window_bottom = static_cast<float>(low_m.y - origin_m.y);
+  lens.window_top = static_cast<float>(high_m.y - origin_m.y);
+  const auto sine = glm::min(plan.hologram.largest_sine, 0.999);
+  const auto tangent = sine / glm::sqrt(1.0 - sine * sine);
+  lens.steepest_x = static_cast<float>(tangent.x);
+  lens.steepest_y = static_cast<float>(tangent.y);
 }
 
 device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const LensSpec& what,
@@ -87,6 +123,10 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   lens.spread_x = what.area ? lens.pitch_x : 0;
   lens.spread_y = what.area ? lens.pitch_y : 0;
   lens.scatter = scatter_of(what.points);
+  lens.rays = static_cast<float>(what.points * what.points);
+  lens.window_right = lens.window_top = lens.steepest_x = lens.steepest_y = FLT_MAX;
+  lens.window_left = lens.window_bottom = -FLT_MAX;
+  if (what.pupil) look_through(*what.pupil, plan, what, low * half_m, high * half_m, lens);
   return lens;
 }
 

@@ -28,6 +28,9 @@ struct LensSpec {
   // The rays to a pixel go through places spread over it, not all through its centre: larger pixels
   // then show the mean of what they cover
   bool area = false;
+  // The lens is the pupil of an eye behind the hologram: rays to it through that part of the
+  // hologram count; empty: that part is the lens
+  std::optional<Pupil> pupil{};
 };
 
 /// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's

@@ -18,8 +18,9 @@ namespace raywave {
 /// vertices  of the scene, as it stands
 /// z_m       of the plane that is measured; empty: the middle of the scene's extent
 /// window_m  empty: all of the scene that the hologram's pixels can show
+/// viewer    whose eyepiece and pupil, where there is one, are looked through instead
 LensSpec preview_spec(std::span<const glm::dvec3> vertices, const Plan& plan,
                       std::optional<double> z_m, std::optional<glm::dvec2> window_m,
-                      glm::dvec2 view);
+                      glm::dvec2 view, const ViewerSpec& viewer);
 
 }  // namespace raywave

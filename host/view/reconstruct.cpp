@@ -10,7 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/propagate/propagator.hpp"
-#include "host/scene/scene.hpp"
+#include "host/view/pupil.hpp"
 
 namespace raywave {
 namespace {
@@ -84,8 +84,11 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
                   const HologramSpec& spec, const ReconstructSpec& what,
                   const std::function<void(double)>& progress) {
   check(hologram, spec, what);
-  const glm::ivec2 size = spec.resolution;
-  const auto window = picture_size(what.window_m, size, spec.pitch_m);
+  const auto window = picture_size(what.window_m, spec.resolution, spec.pitch_m);
+  std::optional<PupilFilter> pupil;
+  if (what.pupil) pupil.emplace(spec, *what.pupil);
+  // Of what is propagated: diffraction at a pupil spreads light beyond the hologram
+  const glm::ivec2 size = pupil ? pupil->size() : spec.resolution;
   const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
     return each * static_cast<std::uint64_t>(plane.x) * plane.y;
   };
@@ -114,21 +117,22 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
       cl::Program(device, "kernels/view/reconstruct.cl", {}).kernel("add_intensity");
   const bool cpu = device.info().kind == cl::DeviceKind::cpu;
 
-  std::vector<std::complex<float>> masked(field.size());
+  std::vector<std::complex<float>> masked(hologram.samples.size() /
+                                          static_cast<std::size_t>(hologram.frames));
   std::size_t done = 0;
   for (int frame = 0; frame < hologram.frames; ++frame) {
-    for (int y = 0; y < size.y; ++y) {
-      for (int x = 0; x < size.x; ++x) {
-        const auto i = static_cast<std::size_t>(y) * size.x + x;
-        const bool open = lets_through(x, size.x, what.view.x, what.aperture.x) &&
-                          lets_through(y, size.y, -what.view.y, what.aperture.y);
+    for (int y = 0; y < hologram.ny; ++y) {
+      for (int x = 0; x < hologram.nx; ++x) {
+        const auto i = static_cast<std::size_t>(y) * hologram.nx + x;
+        const bool open = lets_through(x, hologram.nx, what.view.x, what.aperture.x) &&
+                          lets_through(y, hologram.ny, -what.view.y, what.aperture.y);
         masked[i] =
             open ? std::complex<float>(
                        std::complex<double>(hologram.samples[frame * masked.size() + i]) / unit)
                  : 0;
       }
     }
-    field.write(masked);
+    field.write(pupil ? (*pupil)(masked) : masked);
     propagator.load(field, 0, targets);
     for (const auto& tile : tiles) {
       propagator.add({tile.centre_m, -what.z_m});

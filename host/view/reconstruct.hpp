@@ -11,10 +11,9 @@
 #include "cl/fft.hpp"
 #include "host/common/npy.hpp"
 #include "host/scene/image.hpp"
+#include "host/scene/scene.hpp"
 
 namespace raywave {
-
-struct HologramSpec;  // host/scene/scene.hpp
 
 struct ReconstructSpec {
   double z_m = 0.1;  // distance of the plane looked at: > 0 beyond the hologram, < 0 before it
@@ -24,6 +23,8 @@ struct ReconstructSpec {
   glm::dvec2 view{0, 0};
   glm::dvec2 aperture{1, 1};  // size of that part in holograms; 1 is all of it
   double padding = 2;
+  // Of the light of that part, what enters the pupil of an eye; empty: all
+  std::optional<Pupil> pupil{};
 };
 
 /// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one;

@@ -373,6 +373,13 @@ typedef struct {
   float spread_x, spread_y;
   // Point i stands at i * scatter modulo points in the order of places in the pixel
   int scatter;
+  // The lens stands behind the hologram, as an eye's pupil does: rays to a pixel at x pass the
+  // hologram at lens_left + follow * x
+  float follow;
+  int is_round;  // points beyond a disc are left out
+  float rays;    // to a pixel: points of the lens in all
+  float window_left, window_right, window_bottom, window_top;  // of the hologram; dark beyond
+  float steepest_x, steepest_y;                                // tangents; steeper rays are dark
 } LensPlane;
 
 #endif

@@ -314,6 +314,15 @@
   MEMBER(LensPlane, reach)                \
   MEMBER(LensPlane, spread_x)             \
   MEMBER(LensPlane, spread_y)             \
-  MEMBER(LensPlane, scatter)
+  MEMBER(LensPlane, scatter)              \
+  MEMBER(LensPlane, follow)               \
+  MEMBER(LensPlane, is_round)             \
+  MEMBER(LensPlane, rays)                 \
+  MEMBER(LensPlane, window_left)          \
+  MEMBER(LensPlane, window_right)         \
+  MEMBER(LensPlane, window_bottom)        \
+  MEMBER(LensPlane, window_top)           \
+  MEMBER(LensPlane, steepest_x)           \
+  MEMBER(LensPlane, steepest_y)
 
 #endif

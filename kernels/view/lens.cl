@@ -47,6 +47,11 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
     if (lens.reach_y > 0.0f)
       from_y = LANES_FIRST(open_place((floatv)(y), lens.lens_top + 0.5f * lens.lens_pitch_y,
                                       -lens.lens_pitch_y, lens.reach_y, lens.points, j));
+    from_y += lens.follow * y;
+    const float tangent_y = (y - from_y) * lens.inverse_focus;
+    if (from_y < lens.window_bottom || from_y > lens.window_top ||
+        fabs(tangent_y) > lens.steepest_y)
+      continue;
     const float cell_x = (float)(j * lens.scatter % lens.points), fine_y = ((float)j + 0.5f) * part;
     // Two short sums round less than one long sum
     floatv sum_of_row = 0.0f;
@@ -55,6 +60,9 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
       if (lens.reach_x > 0.0f)
         from_x = open_place(x, lens.lens_left - 0.5f * lens.lens_pitch_x, lens.lens_pitch_x,
                             lens.reach_x, lens.points, i);
+      from_x += lens.follow * x;
+      const int off_x = 2 * i + 1 - lens.points, off_y = 2 * j + 1 - lens.points;
+      if (lens.is_round && off_x * off_x + off_y * off_y > lens.points * lens.points) continue;
       const float cell_y = (float)(i * lens.scatter % lens.points);
       const float place_x = (cell_x + ((float)i + 0.5f) * part) * part - 0.5f,
                   place_y = (cell_y + fine_y) * part - 0.5f;
@@ -68,7 +76,8 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
                    (floatv)(1.0f),
                    (floatv)(0.0f),
                    (floatv)(lens.reach),
-                   column < lens.nx};
+                   (column < lens.nx) & (from_x >= lens.window_left) &
+                       (from_x <= lens.window_right) & (fabs(dx) <= lens.steepest_x)};
 #if REFINED_SURFACES
       Line line = {ds3(rays.ox, rays.oy, rays.oz), ds3(rays.dx, rays.dy, rays.dz)};
 #endif
@@ -108,7 +117,7 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
   }
 
   float pixels[RAYWAVE_LANES];
-  LANES_STORE(sum / (float)(lens.points * lens.points), pixels);
+  LANES_STORE(sum / lens.rays, pixels);
   __global float* out = picture + (size_t)row * (size_t)lens.nx;
   for (int i = 0; i < RAYWAVE_LANES && first + i < lens.nx; ++i) out[first + i] = pixels[i];
 }

@@ -406,6 +406,37 @@ TEST_CASE("an eyepiece shows planes at the dioptres of the thin-lens formula") {
   CHECK_THROWS(depth_of_dioptres(ViewerSpec{}, 1));
 }
 
+TEST_CASE("places of a pupil, and depths of objects in dioptres, are read with an eyepiece") {
+  const Workshop workshop;
+  const std::vector<std::string> eyepiece{"viewer.eyepiece='50 mm'"};
+  const auto with = [&](const std::string& key) {
+    return workshop.load(kScene, {eyepiece[0], key});
+  };
+  const auto usual = workshop.load(kScene, eyepiece);
+  CHECK(usual.viewer.eye_relief_m == 0.05);
+  const auto alone = pupils_of(usual.viewer);
+  REQUIRE(alone.size() == 1);
+  CHECK(alone[0].diameter_m == 4e-3);
+  CHECK(std::abs(alone[0].a) < 1e-12);
+  CHECK(alone[0].b_m == Catch::Approx(0.05));
+  CHECK(with("viewer.pupil_position=['1 mm', '-2 mm']").viewer.pupil_places_m ==
+        std::vector{glm::dvec2(1e-3, -2e-3)});
+  CHECK(with("viewer.pupil_position=[[0, 0], ['1 mm', 0]]").viewer.pupil_places_m ==
+        std::vector{glm::dvec2(0), glm::dvec2(1e-3, 0)});
+  CHECK(with("object.0.position=[0, 0, '1.5 D']").objects[0].position_m.z ==
+        depth_of_dioptres(usual.viewer, 1.5));
+  CHECK_THAT(workshop.refusal(kScene, {"object.0.position=[0, 0, '1.5 D']"}),
+             Catch::Matchers::ContainsSubstring("dioptres are seen through an eyepiece"));
+  CHECK_THAT(workshop.refusal(kScene, {eyepiece[0], "object.0.position=[0, 0, '-30 D']"}),
+             Catch::Matchers::ContainsSubstring("no plane is seen at -30 D"));
+  CHECK_THAT(workshop.refusal(kScene, {eyepiece[0], "object.0.position=['1 D', 0, 0]"}),
+             Catch::Matchers::ContainsSubstring("must be a length"));
+  CHECK_THAT(workshop.refusal(kScene, {"viewer.pupil_position=[[0, 0], [0]]"}),
+             Catch::Matchers::ContainsSubstring("two lengths [x, y]"));
+  CHECK_THAT(workshop.refusal(kScene, {"viewer.eye_relief='20 mm'"}),
+             Catch::Matchers::ContainsSubstring("given with eyepiece"));
+}
+
 TEST_CASE("damaged scenes load or are refused in one line") {
   const Workshop workshop;
   const auto file = workshop.folder.write("scene.toml", kScene);

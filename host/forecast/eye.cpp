@@ -1,0 +1,130 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/forecast/eye.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+#include <numbers>
+
+#include "host/common/text.hpp"
+
+namespace raywave {
+namespace {
+
+/// Below this share of the scene's light a loss is not worth a line.
+constexpr double least_missing = 0.005;
+
+std::string mm_text(double metres) { return length_text(std::round(metres * 1e5) / 1e5); }
+
+/// Share of the pupil that light of the place x_m, y_m, z_m fills: rays to points of the pupil, as
+/// `lens` traces them.
+double share_of_pupil(const Plan& plan, const Pupil& pupil, glm::dvec2 at_m, double z_m) {
+  constexpr int points = 8;
+  const auto half_m = plan.window_m() / 2.0;
+  int all = 0, open = 0;
+  for (int j = 0; j < points; ++j)
+    for (int i = 0; i < points; ++i) {
+      const glm::dvec2 from = (2.0 * glm::dvec2(i, j) + 1.0) / static_cast<double>(points) - 1.0;
+      if (from.x * from.x + from.y * from.y > 1) continue;
+      ++all;
+      bool passes = true;
+      for (int axis = 0; axis < 2; ++axis) {
+        const double to_m = pupil.centre_m[axis] + from[axis] * pupil.diameter_m / 2,
+                     through_m = pupil.through_m(at_m[axis], z_m, to_m),
+                     slope = (to_m - pupil.a * through_m) / pupil.b_m;
+        passes = passes && std::abs(through_m) <= half_m[axis] &&
+                 std::abs(slope) <= plan.hologram.largest_sine[axis];
+      }
+      open += passes;
+    }
+  return static_cast<double>(open) / all;
+}
+
+}  // namespace
+
+bool has_pupil(const Scene& scene) {
+  return scene.viewer.eyepiece_m || scene.given.contains("viewer.pupil") ||
+         scene.given.contains("viewer.pupil_position");
+}
+
+EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view) {
+  constexpr double arc_minute = std::numbers::pi / 180 / 60;
+  const auto pupils = pupils_of(scene.viewer);
+  const double lambda = plan.hologram.wavelength_m, pupil_m = scene.viewer.pupil_m;
+  EyeView eye;
+  eye.pupil = pupils[0];
+  eye.eyebox_m = pupils[0].eyebox_m(scene.hologram);
+  eye.zero_order_m =
+      -(carrier_of(plan.slm, plan.hologram.pitch_m, lambda) + own_carrier_of(plan.slm.encoding)) *
+          lambda / plan.hologram.pitch_m * pupils[0].b_m +
+      0.0;
+  eye.acuity = std::max(arc_minute, 1.22 * lambda / pupil_m);
+  eye.detail_m = eye.acuity / arc_minute *
+                 detail_for_eye_m(scene.viewer, (plan.extent.near_m + plan.extent.far_m) / 2);
+  eye.sharp_by_acuity = eye.acuity / pupil_m;
+  eye.sharp_by_wave = 2 * lambda / (pupil_m * pupil_m);
+  constexpr int most_looked_at = 64;  // along an axis
+  const int step = std::max({1, view.size.x / most_looked_at, view.size.y / most_looked_at});
+  for (const auto& pupil : pupils) {
+    EyePlace place{pupil.centre_m, 0, 0};
+    double all = 0;
+    for (int y = step / 2; y < view.size.y; y += step)
+      for (int x = step / 2; x < view.size.x; x += step) {
+        const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                          static_cast<std::size_t>(x);
+        const double z_m = view.depth_m[cell], here = view.radiance[cell];
+        if (z_m == 0) continue;
+        const double share = share_of_pupil(plan, pupil, view.place_m(x, y, z_m), z_m);
+        all += here;
+        place.light += share * here;
+        if (share == 0) place.cut += here;
+      }
+    if (all > 0) {
+      place.light /= all;
+      place.cut /= all;
+    }
+    eye.places.push_back(place);
+  }
+  return eye;
+}
+
+std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, const EyeView& eye) {
+  std::vector<std::string> warnings;
+  const auto best =
+      std::max_element(eye.places.begin(), eye.places.end(),
+                       [](const EyePlace& a, const EyePlace& b) { return a.light < b.light; });
+  if (const double lost = 1 - best->light; lost > least_missing)
+    warnings.push_back(percent_text(lost) +
+                       " of the light to the pupil is missing: it passes beside the hologram, or "
+                       "is steeper than its pixels can show (eyebox " +
+                       mm_text(eye.eyebox_m.x) + " x " + mm_text(eye.eyebox_m.y) +
+                       "): a smaller viewer.pupil nearer to the axis, a smaller hologram.pitch or "
+                       "a scene closer to the axis is seen whole");
+  if (!scene.viewer.eyepiece_m) return warnings;
+  const auto& viewer = scene.viewer;
+  // Light of the hologram's edges lands a x beside that of its middle
+  const auto aside_m = std::abs(eye.pupil.a) * plan.window_m() / 2.0;
+  const bool sees_replicas =
+      std::any_of(eye.places.begin(), eye.places.end(), [&](const EyePlace& place) {
+        return glm::any(glm::greaterThan(
+            glm::abs(place.centre_m) + eye.pupil.diameter_m / 2 + aside_m, eye.eyebox_m / 2.0));
+      });
+  if (sees_replicas)
+    warnings.push_back("the pupil reaches beyond the eyebox, " + mm_text(eye.eyebox_m.x) + " x " +
+                       mm_text(eye.eyebox_m.y) +
+                       " around the axis, where replicas of the picture are seen: a smaller "
+                       "hologram.pitch, a longer viewer.eyepiece or a smaller pupil nearer to the "
+                       "axis keeps them out");
+  constexpr double rounding = 1e-6;
+  if (plan.extent.far_m + viewer.eyepiece_distance_m > 0) {
+    const double farthest = dioptres_of_depth(viewer, plan.extent.far_m);
+    if (farthest < -rounding)
+      warnings.push_back("the scene reaches to " + number_text(std::round(100 * farthest) / 100) +
+                         " D, beyond infinity: no eye sees this sharp; keep it within z = " +
+                         mm_text(depth_of_dioptres(viewer, 0)) + ", which is seen at 0 D");
+  }
+  return warnings;
+}
+
+}  // namespace raywave

@@ -1,0 +1,36 @@
+// SPDX-License-Identifier: Apache-2.0
+/// The part of a hologram's light that enters the pupil of an eye (Pupil in host/scene/scene.hpp).
+#pragma once
+
+#include <complex>
+#include <glm/vec2.hpp>
+#include <memory>
+#include <vector>
+
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// What a hologram would show if it sent out nothing but what enters the pupil. By Fresnel's
+/// integral, the field in the pupil's plane at p is, but for a phase, the Fourier transform of
+///   h(x) exp(i pi a x^2 / (lambda b))
+/// at p / (lambda b). Light of the SLM's own order is kept, and its replicas are left out.
+class PupilFilter {
+public:
+  /// throws  InputError where light to the pupil is too steep for Fresnel's integral, and where the
+  ///         pupil is so small that it blurs points over more than memory holds
+  PupilFilter(const HologramSpec& hologram, const Pupil& pupil);
+  ~PupilFilter();
+
+  /// Samples of the filtered field, on the hologram's pitch and around its middle: the hologram and
+  /// what diffraction at the pupil spreads around it.
+  glm::ivec2 size() const;
+  /// field  of the hologram's size
+  std::vector<std::complex<float>> operator()(const std::vector<std::complex<float>>& field);
+
+private:
+  struct Work;
+  std::unique_ptr<Work> work_;
+};
+
+}  // namespace raywave
