@@ -171,21 +171,24 @@ public:
     add_all(size, centre);
   }
   void add(const Illumination& light) {
-    const auto& [focus_m, sine] = light;
-    add_all(focus_m, sine);
+    const auto& [focus_m, sine, profile, source_size, bandwidth_m] = light;
+    add_all(focus_m, sine, profile.diameter_m, source_size, bandwidth_m);
+    if (profile.picture) add(*profile.picture);
   }
   void add(const Lut& lut) {
-    const auto& [levels, values] = lut;
-    add_all(levels, values);
+    const auto& [levels, values, amplitudes] = lut;
+    add_all(levels, values, amplitudes);
   }
   void add(const SlmSpec& slm) {
     const auto& [encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
                  flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-                 rotate_deg, stop, rate_per_s, illumination, notes] = slm;
+                 rotate_deg, stop, fill, undiffracted, crosstalk, rate_per_s, illumination, notes] =
+        slm;
     (void)notes, (void)rate_per_s;  // say nothing of the light
     add_all(encoding, clip, band, bits, levels, levels_per_turn, invert, offset_turns, lut,
             flatness, zernike, carrier, shift_m, shift_distance_m, lens_m, flip_x, flip_y,
-            rotate_deg, stop, illumination);
+            rotate_deg, stop, fill, undiffracted, crosstalk.sigma_m, crosstalk.size,
+            crosstalk.weights, illumination);
   }
   /// What its files gave: all else follows from it.
   void add(const World& world) {

@@ -197,25 +197,39 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
       });
 }
 
-Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOptions& options) {
-  const auto stack = field_of(field, "field");
-  const auto hologram = hologram_spec(pixels, {stack.nx, stack.ny});
+namespace {
+
+Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& options) {
+  const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
   const auto opened = open(options.on);
   const ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
                              vector_of(options.aperture)};
-  return as_picture(raywave::reconstruct(opened.device, opened.fft, stack, hologram, what,
+  return as_picture(raywave::reconstruct(opened.device, opened.fft, field, hologram, what,
                                          share_of(options.progress, "reconstruction")));
 }
 
+/// Of one laser, with the spread of its light.
+Picture reconstruct_shown(const Hologram& hologram, const ViewOptions& options) {
+  auto field = field_of(hologram.shown(), "hologram");
+  field.source = hologram.state().lasers[hologram.first_laser()].result.panel->source();
+  return reconstruct(std::move(field), hologram.pixels(), options);
+}
+
+}  // namespace
+
+Picture reconstruct(const FieldView& field, const Pixels& pixels, const ViewOptions& options) {
+  return reconstruct(field_of(field, "field"), pixels, options);
+}
+
 Picture reconstruct(const Hologram& hologram, const ViewOptions& options) {
-  if (hologram.lasers() == 1) return reconstruct(hologram.shown(), hologram.pixels(), options);
+  if (hologram.lasers() == 1) return reconstruct_shown(hologram, options);
   const auto lasers = laser_set(hologram.wavelengths_m());
   std::vector<Image> light;
   for (std::size_t i = 0; i < lasers.count(); ++i) {
     const auto of_laser = hologram.laser(static_cast<int>(i));
     auto how = options;
     how.progress = part_of(options.progress, i, lasers.count());
-    auto seen = reconstruct(of_laser.shown(), of_laser.pixels(), how);
+    auto seen = reconstruct_shown(of_laser, how);
     const double gain = hologram.powers()[i] / lasers.white_powers[i];
     for (float& pixel : seen.values) pixel = static_cast<float>(double{pixel} * gain);
     light.push_back({seen.nx, seen.ny, std::move(seen.values)});

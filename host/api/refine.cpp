@@ -67,7 +67,8 @@ Field refine(const FieldView& start, const Pixels& pixels, std::span<const Targe
   }
   auto settings = settings_of(options, {});
   if (!settings.blur_m) settings.blur_m = 4 * hologram.pitch_m.x;
-  auto spec = refine_spec(settings, hologram.pitch_m, hologram.wavelength_m, keys);
+  auto spec =
+      refine_spec(settings, {}, hologram.resolution, hologram.pitch_m, hologram.wavelength_m, keys);
   spec.progress = progress_of(options.render.progress);
   const auto opened = open(options.render.on);
   return as_field(raywave::refine(opened.device, opened.fft, field, keys, spec).field);

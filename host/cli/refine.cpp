@@ -303,8 +303,8 @@ Work work_of_field(const RefineArguments& options, const cl::Device& device, Pro
   if (options.is_brighter) settings.brightness = brighter;
   settings.blur_m = task.blur_m;
   settings.budget_s = options.budget_s();
-  auto spec =
-      refine_spec(settings, task.hologram.pitch_m, task.hologram.wavelength_m, task.refined.keys);
+  auto spec = refine_spec(settings, task.slm, task.hologram.resolution, task.hologram.pitch_m,
+                          task.hologram.wavelength_m, task.refined.keys);
   spec.progress = [&](const std::string& what, double share) { bar.show(what, share); };
   auto refined =
       refine(device, options.device.backend(device.info()), task.field, task.refined.keys, spec);

@@ -5,16 +5,30 @@
 #include <complex>
 #include <cstdint>
 #include <filesystem>
+#include <glm/vec2.hpp>
 #include <span>
 #include <vector>
 
 namespace raywave {
+
+/// From which directions, and of which colours, light comes beside its middle: pictures add up what
+/// each of them shows.
+struct SourceSpread {
+  double size = 0;         // angular diameter, in rad, of an evenly bright disc
+  double bandwidth_m = 0;  // full width at half maximum of a Gaussian spectrum
+  // Turns that the SLM adds and a field leaves out, per metre from the middle and per square
+  // metre. Light of another colour keeps 1 - wavelength / its own of them
+  glm::dvec2 per_m{0, 0}, per_m2{0, 0};
+
+  bool any() const { return size > 0 || bandwidth_m > 0; }
+};
 
 /// A stack of complex fields. One frame is stored with shape (ny, nx), more with (frames, ny, nx).
 /// Row 0 is the top (largest y).
 struct FieldStack {
   int nx = 0, ny = 0, frames = 1;
   std::vector<std::complex<float>> samples;
+  SourceSpread source{};  // of what an SLM shows; no part of files
 };
 
 /// throws  InputError when the file is not a complex64 or complex128 array of 2 or 3 dimensions, is

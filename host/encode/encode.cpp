@@ -26,6 +26,7 @@ cl::Options options_of(const cl::Device& device, const Panel& panel) {
   return {{option::lanes, std::to_string(device.info().float_lanes)},
           {option::encoding, std::to_string(static_cast<int>(slm.encoding))},
           {option::added_turns, panel.added().empty() ? "0" : "1"},
+          {option::beam, panel.beam().empty() || slm.encoding == Encoding::phase ? "0" : "1"},
           {option::level_table, has_table ? "1" : "0"},
           {option::grey_levels, std::to_string(grey_levels_of(slm))}};
 }
@@ -43,7 +44,8 @@ Encoder::Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel)
     : device_(device),
       panel_(std::move(panel)),
       program_(device, "kernels/encode/encode.cl", options_of(device, *panel_)),
-      added_(device, 1, "added phases") {
+      added_(device, 1, "added phases"),
+      beam_(device, 1, "light on pixels") {
   const auto fill = [&]<class Level>(LevelBuffers<Level>& to) {
     const auto& levels = panel_->level_table();
     to.table = {device, std::max<std::size_t>(1, levels.size()), "levels by phase"};
@@ -102,9 +104,10 @@ double Encoder::clip_of(const TileField& field) {
             : field.samples->size();
   const auto count = count_of(pixels);
   if (amplitudes_.size() != count) amplitudes_ = {device_, count, "amplitudes"};
+  if (knows_beam()) upload({{0, 0}, panel_->size_px()});
   auto kernel = program_of(field).kernel("sample_amplitudes");
   const auto run = [&](const auto& source, int width) {
-    kernel.run({count}, {64}, source, width, amplitudes_,
+    kernel.run({count}, {64}, source, width, beam_, amplitudes_,
                static_cast<std::uint32_t>(stride_of(pixels)), static_cast<std::uint32_t>(count));
   };
   plane ? run(plane->arguments(), plane->size.x) : run(*field.samples, 1);
@@ -115,31 +118,39 @@ double Encoder::clip_of(std::span<const std::complex<float>> field) {
   if (!needs_clip()) return 1;
   std::vector<float> amplitudes;
   for (std::size_t i = 0; i < field.size(); i += stride_of(field.size()))
-    amplitudes.push_back(std::abs(field[i]));
+    amplitudes.push_back(std::abs(field[i]) / (knows_beam() ? panel_->beam()[i] : 1.0f));
   return clip_of_amplitudes(std::move(amplitudes));
 }
 
-void Encoder::upload_added(const PixelWindow& window) {
-  if (panel_->added().empty() || window == added_window_) return;
-  const auto width = static_cast<std::size_t>(window.size.x);
-  std::vector<std::uint16_t> part(width * static_cast<std::size_t>(window.size.y));
-  for (std::size_t y = 0; y < static_cast<std::size_t>(window.size.y); ++y) {
-    const auto from = (static_cast<std::size_t>(window.first.y) + y) *
-                          static_cast<std::size_t>(panel_->size_px().x) +
-                      static_cast<std::size_t>(window.first.x);
-    std::copy_n(panel_->added().begin() + static_cast<std::ptrdiff_t>(from), width,
-                part.begin() + static_cast<std::ptrdiff_t>(y * width));
-  }
-  if (added_.size() != part.size()) added_ = {device_, part.size(), "added phases"};
-  added_.write(part);
-  added_window_ = window;
+void Encoder::upload(const PixelWindow& window) {
+  if (window == window_) return;
+  const auto take = [&]<class T>(const std::vector<T>& all, cl::Buffer<T>& to, const char* name,
+                                 const auto& change) {
+    const auto width = static_cast<std::size_t>(window.size.x);
+    std::vector<T> part(width * static_cast<std::size_t>(window.size.y));
+    for (std::size_t y = 0; y < static_cast<std::size_t>(window.size.y); ++y) {
+      const auto from = (static_cast<std::size_t>(window.first.y) + y) *
+                            static_cast<std::size_t>(panel_->size_px().x) +
+                        static_cast<std::size_t>(window.first.x);
+      std::transform(all.begin() + static_cast<std::ptrdiff_t>(from),
+                     all.begin() + static_cast<std::ptrdiff_t>(from + width),
+                     part.begin() + static_cast<std::ptrdiff_t>(y * width), change);
+    }
+    if (to.size() != part.size()) to = {device_, part.size(), name};
+    to.write(part);
+  };
+  if (!panel_->added().empty())
+    take(panel_->added(), added_, "added phases", [](std::uint16_t turns) { return turns; });
+  if (knows_beam())
+    take(panel_->beam(), beam_, "light on pixels", [](float beam) { return 1 / beam; });
+  window_ = window;
 }
 
 template <class Level>
 const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelWindow& window,
                                             double clip, std::size_t buffer) {
   require_level_bytes(panel_->slm(), sizeof(Level));
-  upload_added(window);
+  upload(window);
   auto& buffers_of_type = level_buffers_of<Level>();
   const auto& table = buffers_of_type.table;
   auto& levels = buffers_of_type.levels.at(buffer);
@@ -157,8 +168,9 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
   const auto& slm = panel_->slm();
   const auto run = [&](const auto& source) {
     kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
-               added_, table, levels, window.size.x, window.size.y, window.first.x, window.first.y,
-               inverse_clip, slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
+               added_, beam_, table, levels, window.size.x, window.size.y, window.first.x,
+               window.first.y, inverse_clip,
+               slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
   return levels;

@@ -38,7 +38,7 @@ public:
   bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
   /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
   /// 16,384 of them, or what show_up_to has set. 1 where the encoding does not need it, or the
-  /// field is dark.
+  /// field is dark. Amplitudes are those over the beam's; `field` is then of the whole hologram.
   double clip_of(const TileField& field);
   double clip_of(std::span<const std::complex<float>> field);
 
@@ -72,8 +72,9 @@ private:
 
   /// The kernels for such a field.
   cl::Program& program_of(const TileField& field);
-  /// Brings the phases that are added in a window to the device.
-  void upload_added(const PixelWindow& window);
+  /// Brings what each pixel of a window has of its own to the device: added phases, and the beam.
+  void upload(const PixelWindow& window);
+  bool knows_beam() const { return needs_clip() && !panel_->beam().empty(); }
   double clip_of_amplitudes(std::vector<float> amplitudes);
 
   cl::Device device_;
@@ -81,7 +82,8 @@ private:
   cl::Program program_;
   std::array<std::optional<cl::Program>, 2> of_transforms_;  // by TransformedPlane::two_floats
   cl::Buffer<std::uint16_t> added_;
-  PixelWindow added_window_{{0, 0}, {0, 0}};
+  cl::Buffer<float> beam_;              // over one
+  PixelWindow window_{{0, 0}, {0, 0}};  // of both
   cl::Buffer<float> amplitudes_;
   std::optional<double> clip_of_all_;
   double own_clip_ = 0;

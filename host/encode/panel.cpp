@@ -22,18 +22,6 @@ double factorial(int n) {
   return product;
 }
 
-/// The level, of those that are used, whose value is nearest; the lowest of equals.
-template <class Distance>
-std::uint16_t nearest_level(const std::vector<double>& shown, const std::vector<int>& used,
-                            const Distance& distance) {
-  const auto at = [&](int level) { return distance(shown[static_cast<std::size_t>(level)]); };
-  return static_cast<std::uint16_t>(
-      *std::min_element(used.begin(), used.end(), [&](int a, int b) { return at(a) < at(b); }));
-}
-
-/// Distance of phases in turns, on the circle.
-double apart(double a, double b) { return std::abs(a - b - std::round(a - b)); }
-
 template <class Level>
 void flip(LevelPictureOf<Level>& picture, bool x, bool y) {
   const auto nx = static_cast<std::ptrdiff_t>(picture.size_px.x);
@@ -108,15 +96,18 @@ Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double 
   if (slm_.encoding == Encoding::automatic) slm_.encoding = Encoding::double_phase;
   make_levels();
   make_added();
+  beam_ = amplitudes_of(slm_.illumination.profile, size_, pitch_m_);
+  crosstalk_ = kernel_of(slm_.crosstalk, pitch_m_);
 }
 
 void Panel::make_levels() {
   const bool amplitude = shows_amplitude(slm_.encoding);
   const int grey_levels = grey_levels_of(slm_);
   const bool has_lut = !slm_.lut.values.empty();
-  const auto [values, used] = values_of_levels(slm_);
-  for (const double value : values)
-    shown_.push_back(amplitude ? value : std::polar(1.0, 2 * std::numbers::pi * value));
+  values_ = values_of_levels(slm_);
+  for (int level = 0; level < grey_levels; ++level)
+    shown_.push_back(amplitude ? values_.shown[static_cast<std::size_t>(level)]
+                               : values_.state(level));
 
   const bool proportional =
       !has_lut && slm_.levels == grey_levels && (amplitude || slm_.levels_per_turn <= grey_levels);
@@ -125,15 +116,18 @@ void Panel::make_levels() {
     if (amplitude) {
       const double steps = slm_.levels - 1;
       const double wanted = std::round(i / (table_size - 1.0) * steps) / steps;
-      level_table_.push_back(
-          nearest_level(values, used, [&](double shown) { return std::abs(shown - wanted); }));
+      const auto away = [&](int level) {
+        return std::abs(values_.shown[static_cast<std::size_t>(level)] - wanted);
+      };
+      level_table_.push_back(static_cast<std::uint16_t>(
+          *std::min_element(values_.used.begin(), values_.used.end(),
+                            [&](int a, int b) { return away(a) < away(b); })));
     } else {
       const double steps = slm_.levels;
       const double wanted = slm_.levels == grey_levels
                                 ? static_cast<double>(i) / table_size
                                 : std::round(static_cast<double>(i) / table_size * steps) / steps;
-      level_table_.push_back(
-          nearest_level(values, used, [&](double shown) { return apart(shown, wanted); }));
+      level_table_.push_back(static_cast<std::uint16_t>(values_.nearest_to_phase(wanted)));
     }
   }
 }

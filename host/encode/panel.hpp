@@ -41,8 +41,19 @@ public:
   glm::dvec2 own_carrier() const;
 
   /// Light of a pixel with this level, relative to the light that falls on it: of modulus 1 for
-  /// phases, real for amplitudes.
+  /// phases, unless the LUT knows amplitudes, real for amplitudes. Neighbours and what is
+  /// undiffracted do not count.
   std::complex<double> shown(std::size_t level) const { return shown_[level]; }
+  const LevelValues& values() const { return values_; }
+
+  /// Amplitude of the light that falls onto each pixel, of mean square 1; empty: 1 everywhere.
+  const std::vector<float>& beam() const { return beam_; }
+  /// Without weights where pixels keep to themselves.
+  const Crosstalk& crosstalk() const { return crosstalk_; }
+  /// What the light of other directions and colours is to a field that is shown.
+  SourceSpread source() const { return source_spread(slm_, pitch_m_, wavelength_m_); }
+  /// The carrier that the light leaves the pixels with, in cycles per pixel.
+  glm::dvec2 carrier() const { return carrier_of(slm_, pitch_m_, wavelength_m_) + own_carrier(); }
 
 private:
   void make_levels();
@@ -54,7 +65,10 @@ private:
   double wavelength_m_;
   std::vector<std::uint16_t> level_table_;
   std::vector<std::uint16_t> added_;
+  LevelValues values_;
   std::vector<std::complex<double>> shown_;  // by level
+  std::vector<float> beam_;
+  Crosstalk crosstalk_;
 };
 
 /// throws  InputError when the SLM's levels have not the size of Level: more than 8 bits take two

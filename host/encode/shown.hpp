@@ -13,7 +13,9 @@ namespace raywave {
 
 /// The light behind an SLM of modulus 1, whose carrier, lens and corrections are taken off again:
 /// it is to be compared with the field that was encoded. Where the SLM has a stop, light beyond it
-/// is missing.
+/// is missing. Where the SLM is not ideal (docs/slm.md#light-and-panel-as-they-are), light that it
+/// leaves undiffracted stands on minus the carrier. FieldStack::source says what is to be added up
+/// in pictures.
 ///
 /// levels   one picture per frame, of the panel's size; std::uint16_t where levels have more than 8
 ///          bits

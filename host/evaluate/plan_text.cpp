@@ -70,6 +70,34 @@ void add_hologram(const Plan& plan, const SlmLight& light, bool is_one, Rows& ou
                                     : ", in the picture\n");
 }
 
+/// What an SLM and light that are not ideal do to pictures.
+void add_faults(const Plan& plan, const SlmLight& light, Rows& out) {
+  const auto& slm = plan.slm;
+  const auto& falling = slm.illumination;
+  if (!falling.profile.is_even()) {
+    out << "beam      ";
+    if (!falling.profile.picture)
+      out << number(100 * light.on_hologram) << " % of its light falls onto the hologram, ";
+    out << "the darkest pixel has " << number(100 * light.darkest) << " % of the mean\n";
+  }
+  if (slm.fill)
+    out << "pixels    send " << number(100 * light.in_order)
+        << " % of their light into the picture's order, and where the scene gets least "
+        << number(100 * light.at_edge) << " % of that\n";
+  if (slm.undiffracted > 0)
+    out << "zero      " << number(100 * slm.undiffracted)
+        << " % of the light stays in the zero order\n";
+  if (const auto& source = light.source; falling.source_size > 0 || falling.bandwidth_m > 0) {
+    out << "source    at " << mm(light.z_m);
+    if (source.disc_m > 0)
+      out << " its size spreads points over " << length_text(std::round(source.disc_m * 1e7) / 1e7);
+    if (source.smear_m > 0)
+      out << (source.disc_m > 0 ? ", its" : " its") << " spectrum moves light by up to "
+          << length_text(std::round(source.smear_m * 1e7) / 1e7) << " (half maximum)";
+    out << "; speckle has " << number(100 * source.speckle) << " % of a laser's contrast\n";
+  }
+}
+
 /// Of each object, the share of its surface that turns its back to the viewer, each part as large
 /// as it looks from there.
 std::vector<double> shares_from_behind(const World& world) {
@@ -305,6 +333,7 @@ void add_plan(const Planned& planned, const World& world, bool is_one, Rows& out
   add_scene(scene, world, plan, out);
   if (prediction.eye) add_eye(scene, *prediction.eye, out);
   add_illumination(scene, plan, out);
+  add_faults(plan, prediction.slm_light, out);
   add_planes(plan, out);
   add_samples(scene, plan, out);
   add_errors(scene, plan, out);
@@ -436,7 +465,15 @@ Json json_of(const Prediction& prediction) {
                       {"centre_m", {light.zero_order_m.x, light.zero_order_m.y}},
                       {"size_m", {light.zero_order_size_m.x, light.zero_order_size_m.y}},
                       {"stopped", light.zero_order_stopped},
-                      {"share_of_picture", light.on_picture}}}};
+                      {"share_of_picture", light.on_picture}}},
+                    {"beam_on_hologram", light.on_hologram},
+                    {"darkest_pixel", light.darkest},
+                    {"in_order", light.in_order},
+                    {"least_in_order", light.at_edge},
+                    {"source",
+                     {{"disc_m", light.source.disc_m},
+                      {"smear_m", light.source.smear_m},
+                      {"speckle", light.source.speckle}}}};
   if (prediction.eye) {
     const auto& eye = *prediction.eye;
     j["eye"] = {{"pupil_m", eye.pupil.diameter_m},

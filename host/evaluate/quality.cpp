@@ -102,7 +102,11 @@ QualityRow row_of(const ImageList& lens, const ImageList& hologram, const ImageL
 
 FieldStack some_frames(const FieldStack& field, int first, int count) {
   const auto start = field.samples.begin() + std::ptrdiff_t{first} * field.nx * field.ny;
-  return {field.nx, field.ny, count, {start, start + std::ptrdiff_t{count} * field.nx * field.ny}};
+  return {field.nx,
+          field.ny,
+          count,
+          {start, start + std::ptrdiff_t{count} * field.nx * field.ny},
+          field.source};
 }
 
 /// Updates the mean of `count` frames with the mean of `more_count` other frames.

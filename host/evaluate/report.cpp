@@ -331,6 +331,10 @@ SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem
     slm.flatness.where = name + ": flatness";
     load_flatness(slm.flatness);
   }
+  if (auto& profile = slm.illumination.profile; !profile.file.empty()) {
+    profile.where = name + ": profile";
+    load_profile(profile);
+  }
   return slm;
 }
 

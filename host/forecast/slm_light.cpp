@@ -4,7 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <complex>
 #include <glm/common.hpp>
+#include <numbers>
 
 #include "host/geometry/extents.hpp"
 #include "host/planning/light_shown.hpp"
@@ -109,7 +111,117 @@ void find_shift_beside(const Plan& plan, const FrontView& view,
   }
 }
 
+double sinc(double t) {
+  return t == 0 ? 1 : std::sin(std::numbers::pi * t) / (std::numbers::pi * t);
+}
+
+/// What a disc of directions leaves of the variance of speckle, whose grains the disc's diameter
+/// holds so many of, per axis.
+double variance_under_disc(glm::dvec2 grains) {
+  // The covariance sinc^2, weighted by how much of the disc lies so far from itself
+  constexpr int points = 400;
+  double sum = 0, all = 0;
+  for (int j = 0; j < points; ++j) {
+    for (int i = 0; i < points; ++i) {
+      const glm::dvec2 at = (glm::dvec2(i, j) + 0.5) / double{points};
+      const double s = std::hypot(at.x, at.y);
+      if (s >= 1) continue;
+      const double overlap = std::acos(s) - s * std::sqrt(1 - s * s);
+      all += overlap;
+      sum += overlap * std::pow(sinc(grains.x * at.x) * sinc(grains.y * at.y), 2);
+    }
+  }
+  return sum / all;
+}
+
+/// What a Gaussian spectrum leaves of it. `defocus` and `turns`: what a change of the wavelength by
+/// its standard deviation adds at the hologram's edge, and from its middle to there, in turns.
+double variance_under_spectrum(glm::dvec2 defocus, glm::dvec2 turns) {
+  constexpr int changes = 161, points = 256;
+  constexpr double reach = 4;
+  double sum = 0, all = 0;
+  for (int k = 0; k < changes; ++k) {
+    // Of the difference of two colours
+    const double t = reach * (2.0 * k / (changes - 1) - 1), change = t * std::numbers::sqrt2;
+    double covariance = 1;
+    for (int axis = 0; axis < 2; ++axis) {
+      std::complex<double> mean = 0;
+      for (int i = 0; i < points; ++i) {
+        const double at = (2.0 * i + 1) / points - 1;
+        mean += std::polar(1.0 / points, 2 * std::numbers::pi * change *
+                                             (defocus[axis] * at * at + turns[axis] * at));
+      }
+      covariance *= std::norm(mean);
+    }
+    const double weight = std::exp(-t * t / 2);
+    sum += weight * covariance;
+    all += weight;
+  }
+  return sum / all;
+}
+
+/// Fills in what the beam, the pixels and the source do.
+void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
+  const auto& slm = plan.slm;
+  const auto& hologram = plan.hologram;
+  if (const auto& profile = slm.illumination.profile; !profile.is_even()) {
+    for (int axis = 0; axis < 2 && !profile.picture; ++axis)
+      light.on_hologram *=
+          std::erf(std::numbers::sqrt2 * plan.window_m()[axis] / profile.diameter_m[axis]);
+    const auto beam = amplitudes_of(profile, hologram.size, hologram.pitch_m);
+    const double least = *std::min_element(beam.begin(), beam.end());
+    light.darkest = least * least;
+  }
+  if (slm.fill) {
+    const auto fill = *slm.fill;
+    const auto carrier = carrier_of(slm, hologram.pitch_m, hologram.wavelength_m);
+    light.in_order = fill.x * fill.y * fill.x * fill.y;
+    for (int y = 0; y < view.size.y; ++y) {
+      for (int x = 0; x < view.size.x; ++x) {
+        const double z_m =
+            view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                         static_cast<std::size_t>(x)];
+        if (z_m == 0) continue;
+        const auto at_m = view.place_m(x, y, z_m);
+        double share = 1;
+        for (int axis = 0; axis < 2; ++axis)
+          share *= std::pow(
+              sinc(fill[axis] * (frequency_at(plan, axis, at_m[axis], z_m, 0) + carrier[axis])), 2);
+        light.at_edge = std::min(light.at_edge, share);
+      }
+    }
+  }
+  light.source = source_blur(source_spread(slm, hologram.pitch_m, hologram.wavelength_m),
+                             plan.window_m(), hologram.wavelength_m, light.z_m);
+}
+
 }  // namespace
+
+SourceBlur source_blur(const SourceSpread& source, glm::dvec2 window_m, double wavelength_m,
+                       double z_m) {
+  SourceBlur blur;
+  const double away_m = std::abs(z_m);
+  if (!source.any() || !(away_m > 0)) return blur;
+  double variance = 1;
+  if (source.size > 0) {
+    blur.disc_m = source.size * away_m;
+    variance *= variance_under_disc(blur.disc_m * window_m / (wavelength_m * away_m));
+  }
+  if (source.bandwidth_m > 0) {
+    const double change = source.bandwidth_m / wavelength_m,
+                 sigma = change / (2 * std::sqrt(2 * std::log(2.0)));
+    const auto turned_m = away_m * wavelength_m * glm::abs(source.per_m);
+    const auto moved_m = glm::max(window_m / 2.0, turned_m);
+    blur.smear_m = change * std::max(moved_m.x, moved_m.y);
+    const auto half_m = window_m / 2.0;
+    // The hologram's own curvature, less what the SLM adds and a field leaves out
+    const auto curvature = 1 / (2 * wavelength_m * z_m) + source.per_m2;
+    variance *=
+        variance_under_spectrum(sigma * half_m * half_m * curvature, sigma * half_m * source.per_m);
+  }
+  blur.speckle = std::sqrt(variance);
+  return blur;
+}
 
 SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> wavelengths_m) {
   if (wavelengths_m.empty()) wavelengths_m = {plan.hologram.wavelength_m};
@@ -118,6 +230,7 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
   SlmLight light;
   light.z_m = plan.extent.origin_m.z;
   light.zero_order_size_m = plan.window_m();
+  find_faults(plan, view, light);
   const auto zero_order = -carrier_of(slm, plan.hologram.pitch_m, plan.hologram.wavelength_m) -
                           own_carrier_of(slm.encoding);
   for (int axis = 0; axis < 2; ++axis)

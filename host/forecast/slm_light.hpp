@@ -5,9 +5,24 @@
 
 #include <vector>
 
+#include "host/common/npy.hpp"
 #include "host/plan/front_view.hpp"
 
 namespace raywave {
+
+/// What a source's size and spectrum take from a picture.
+struct SourceBlur {
+  double disc_m = 0;   // diameter of the disc that a point is spread over
+  double smear_m = 0;  // full width at half maximum of what a spectrum moves an edge's light by
+  double speckle = 1;  // contrast of speckle over that by a laser
+};
+
+/// The blur at a distance of the hologram.
+///
+/// speckle  by the pictures' mutual coherence, for an even hologram and places near the axis
+/// source   Goodman, Speckle Phenomena in Optics, 2nd ed., 5.2 and 5.3
+SourceBlur source_blur(const SourceSpread& source, glm::dvec2 window_m, double wavelength_m,
+                       double z_m);
 
 struct SlmLight {
   // Share of the light that the pixels can show that passes slm.stop
@@ -26,6 +41,13 @@ struct SlmLight {
   // loses more than most_lost_beside
   glm::dvec2 beside_m{0, 0};
   std::vector<double> beside_lost;
+  // Of an SLM and light that are not ideal. Share of a Gaussian beam that falls onto the hologram;
+  // least light on a pixel, over the mean
+  double on_hologram = 1, darkest = 1;
+  // Share of the light that pixels of slm.fill send straight on in the picture's order, and of that
+  // what they send to the place of the scene that gets least
+  double in_order = 1, at_edge = 1;
+  SourceBlur source;  // at z_m
 };
 
 inline constexpr double most_lost_beside = 0.25;

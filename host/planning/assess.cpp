@@ -222,6 +222,7 @@ Plan assess(const Scene& scene, const World& world, Method method, int rays_per_
   // What the SLM cannot do
   carrier_of(plan.slm, plan.hologram.pitch_m, plan.hologram.wavelength_m);
   require_fit(plan.slm.flatness, plan.hologram.size);
+  kernel_of(plan.slm.crosstalk, plan.hologram.pitch_m);  // or refuses it
 
   // How light is gathered
   plan.samples.aimed = method == Method::points ||

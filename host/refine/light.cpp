@@ -29,6 +29,9 @@ std::size_t count_of(int n) { return static_cast<std::size_t>(n); }
 std::size_t area(glm::ivec2 n) { return count_of(n.x) * count_of(n.y); }
 int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 
+/// Samples from a row of a hologram to the next.
+int row_pitch(glm::ivec2 size) { return whole_packets(size.x) + packet; }
+
 /// The chirp of a Fresnel propagation along one axis, from a plane z away to the hologram and
 /// conjugated, in the open part; zeros follow up to whole packets. A second, linear phase puts the
 /// axis in the middle of the transform. Only these few numbers need more than a float's digits.
@@ -61,10 +64,11 @@ std::vector<Sample> mask(int hologram, int first, int count) {
   return values;
 }
 
-cl::Program program_of(const cl::Device& device) {
+cl::Program program_of(const cl::Device& device, bool has_beam = false) {
   return {device,
           "kernels/refine/refine.cl",
-          {{option::lanes, std::to_string(device.info().float_lanes)}}};
+          {{option::lanes, std::to_string(device.info().float_lanes)},
+           {option::beam, has_beam ? "1" : "0"}}};
 }
 
 /// Part of the plane along one axis that the blur of the region reads.
@@ -76,7 +80,7 @@ LinePart with_margin(int first, int count, int margin, int plane) {
 }  // namespace
 
 void PhaseStack::resize(glm::ivec2 size, int frames) {
-  const auto pitch = whole_packets(size.x) + packet;
+  const auto pitch = row_pitch(size);
   const std::size_t all = count_of(frames) * count_of(size.y) * count_of(pitch);
   if (all > std::numeric_limits<std::uint32_t>::max())
     throw InputError("refinement: " + std::to_string(frames) + " frames of " +
@@ -134,7 +138,11 @@ FieldStack PhaseStack::read() const {
 
 struct Light::State {
   State(const cl::Device& its_device, cl::FftBackend its_backend)
-      : device(its_device), backend(its_backend), program(program_of(its_device)) {}
+      : device(its_device),
+        backend(its_backend),
+        program(program_of(its_device)),
+        beam(its_device, 1, "light on pixels") {}
+  void take_beam();
   void fit(const Optics& its_optics, std::vector<PictureGrid> its_grids);
 
   /// Tables of a key, beside its grid.
@@ -163,6 +171,8 @@ struct Light::State {
   std::vector<Tables> tables;
   cl::Program program;
   std::map<std::string, cl::Kernel> kernels;
+  cl::Buffer<float> beam;  // in rows as of PhaseStack; one number where the light is even
+  std::shared_ptr<const std::vector<float>> beam_of;                    // what it holds
   std::vector<cl::ComplexBuffer> planes;                                // by slot
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
@@ -174,6 +184,7 @@ struct Light::State {
 void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_grids) {
   optics = its_optics;
   grids = std::move(its_grids);
+  take_beam();
   tables.clear();
   propagator.reset();
   transforms = 0;
@@ -226,6 +237,19 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
   }
 }
 
+void Light::State::take_beam() {
+  if (optics.showing.beam == beam_of) return;
+  beam_of = optics.showing.beam;
+  program = program_of(device, beam_of != nullptr);
+  kernels.clear();
+  const auto width = count_of(optics.size.x), stride = count_of(row_pitch(optics.size));
+  std::vector<float> rows(beam_of ? stride * count_of(optics.size.y) : 1);
+  for (std::size_t i = 0; beam_of && i < beam_of->size(); ++i)
+    rows[i / width * stride + i % width] = (*beam_of)[i];
+  beam = {device, rows.size(), "light on pixels"};
+  beam.write(rows);
+}
+
 cl::Kernel& Light::State::kernel(const char* name) {
   auto known = kernels.find(name);
   if (known == kernels.end()) known = kernels.emplace(name, program.kernel(name)).first;
@@ -268,8 +292,9 @@ void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t ke
                           cl::ComplexBuffer& to, int nx, int columns, int rows) {
   const auto& t = tables[key];
   run_rows(device, kernel("spread"), columns, rows, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), t.column_chirp, t.row_chirp,
-           t.open.size.x, t.open.size.y, to, nx, columns, rows);
+           holograms.first(frame, t.open.first), holograms.pitch(), beam,
+           holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
+           t.open.size.y, to, nx, columns, rows);
 }
 
 /// Tiles of the picture's plane, one propagation each.
@@ -354,9 +379,9 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
   const auto& change = s.back(key);
   const double factor = unitary(key);
   run_rows(s.device, s.kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), t.column_chirp, t.row_chirp,
-           t.open.size.x, t.open.size.y, change, s.back_pitch(key),
-           static_cast<float>(step * factor * factor));
+           holograms.first(frame, t.open.first), holograms.pitch(), s.beam,
+           holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
+           t.open.size.y, change, s.back_pitch(key), static_cast<float>(step * factor * factor));
 }
 
 const cl::ComplexBuffer& Light::back(std::size_t key) { return state_->back(key); }

@@ -68,10 +68,10 @@ public:
   /// the host that is the region alone.
   OpenPart read_back(std::size_t key) const;
 
-  /// plane = A hologram.
+  /// plane = A hologram, times the beam where the light on the SLM is not even.
   void show(const PhaseStack& holograms, int frame, std::size_t key);
-  /// hologram = phase of (hologram + step A* plane), A being unitary but for the parts that
-  /// aperture and region cut off.
+  /// hologram = phase of (hologram [times the beam] + step A* plane), A being unitary but for the
+  /// parts that aperture and region cut off.
   void step(PhaseStack& holograms, int frame, std::size_t key, double step);
 
   /// The part of `step` that makes A* plane but for the chirp: rows of `back_pitch` samples. For

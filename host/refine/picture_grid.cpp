@@ -5,7 +5,9 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -166,7 +168,63 @@ std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
   return bent;
 }
 
+/// The blur of shown pictures: that of wanted ones, and the second moments of what the source's
+/// size and spectrum add.
+glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
+  const auto& source = optics.showing.source;
+  if (!source.any()) return glm::dvec2(optics.blur_m);
+  const double disc_m = source.size / 4 * grid.z_m,
+               change =
+                   source.bandwidth_m / (2 * std::sqrt(2 * std::log(2.0))) / optics.wavelength_m;
+  const auto open_m = glm::dvec2(grid.open.size) * optics.pitch_m,
+             picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
+             turned_m = grid.z_m * optics.wavelength_m * source.per_m;
+  return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
+                   change * change *
+                       ((open_m * open_m + picture_m * picture_m) / 12.0 + turned_m * turned_m));
+}
+
+/// Share of the light that pixels of this fill send to places of a picture, along one axis: mean
+/// over the part of the open hologram whose pixels show light that steep.
+std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, int axis,
+                                 const std::vector<double>& places_m) {
+  constexpr int points = 16;
+  const double fill = optics.showing.fill.value()[axis], pitch_m = optics.pitch_m[axis];
+  const double sign = axis == 1 ? -1 : 1;  // rows run downwards
+  std::vector<double> shares;
+  for (const double place_m : places_m) {
+    double sum = 0, count = 0;
+    for (int i = 0; i < points; ++i) {
+      const double pixel = grid.open.first[axis] + (i + 0.5) / points * grid.open.size[axis] -
+                           optics.size[axis] / 2.0;
+      const double across_m = sign * pixel * pitch_m - place_m;
+      const double cycles =
+          pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
+      if (std::abs(cycles) > 0.5) continue;
+      const double t = std::numbers::pi * fill * (cycles + optics.showing.carrier[axis]),
+                   amplitude = fill * (t == 0 ? 1 : std::sin(t) / t);
+      sum += amplitude * amplitude;
+      count += 1;
+    }
+    shares.push_back(count > 0 && sum > 0 ? sum / count : 1);
+  }
+  return shares;
+}
+
 }  // namespace
+
+void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 first, glm::ivec2 size,
+                  std::vector<float>& picture) {
+  if (!optics.showing.fill) return;
+  const auto across =
+      shown_shares(optics, grid, 0, places(size.x, [&](int x) { return grid.x_m(first.x + x); }));
+  const auto down =
+      shown_shares(optics, grid, 1, places(size.y, [&](int y) { return grid.y_m(first.y + y); }));
+  for (std::size_t y = 0; y < down.size(); ++y)
+    for (std::size_t x = 0; x < across.size(); ++x)
+      picture[y * across.size() + x] =
+          static_cast<float>(double{picture[y * across.size() + x]} / (across[x] * down[y]));
+}
 
 OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
   OpenPart part;
@@ -214,8 +272,9 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   grid.region_first = {grid.known_first.x / packet * packet, grid.known_first.y};
   grid.region_size = {whole_packets(grid.known_first.x + grid.known_size.x) - grid.region_first.x,
                       grid.known_size.y};
-  grid.weights_x = blur_weights(optics.blur_m / grid.pixel_m.x);
-  grid.weights_y = blur_weights(optics.blur_m / grid.pixel_m.y);
+  const auto blur_m = shown_blur_m(optics, grid);
+  grid.weights_x = blur_weights(blur_m.x / grid.pixel_m.x);
+  grid.weights_y = blur_weights(blur_m.y / grid.pixel_m.y);
   if (key.samples) {
     const double sigma_m = std::max(optics.blur_m, blur_of_dots * key.samples->dots * key.z_m);
     grid.sample_weights_x = blur_weights(sigma_m / grid.pixel_m.x, grid.margin_x());

@@ -5,8 +5,10 @@
 
 #include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
 #include <vector>
 
+#include "host/common/npy.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/scene/read_data.hpp"
 #include "host/trace/sample_light.hpp"
@@ -18,6 +20,14 @@ enum class Propagation {
   exact,    // angular spectrum; pixels are the hologram's
 };
 
+/// How the SLM shows what is refined; by default as it is.
+struct Showing {
+  std::shared_ptr<const std::vector<float>> beam{};  // amplitudes_of; null: even
+  std::optional<glm::dvec2> fill{};                  // SlmSpec::fill
+  glm::dvec2 carrier{0, 0};                          // cycles per pixel
+  SourceSpread source{};
+};
+
 /// The hologram that is refined, and how its light is propagated.
 struct Optics {
   glm::ivec2 size{1, 1};  // pixels
@@ -27,6 +37,7 @@ struct Optics {
   double padding =
       refine_padding;  // padding of the Fresnel propagation; the exact one has exact_padding
   static constexpr double exact_padding = 2;
+  Showing showing{};
 };
 
 /// A picture that the hologram should show: radiance around the axis, as lens_picture makes it, or
@@ -70,7 +81,7 @@ struct PictureGrid {
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};
   glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
-  // Weights of the blur at 0, 1, ..., per axis; both sides sum to 1
+  // Weights of the blur at 0, 1, ..., per axis, widened by the source's; both sides sum to 1
   std::vector<float> weights_x, weights_y;
   // The same for light of samples, which blurs away their dots as well
   std::vector<float> sample_weights_x, sample_weights_y;
@@ -95,6 +106,13 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
 /// The key's picture at the pixels of the region, blurred in the same step; negative where it is
 /// not known. Row by row from the top.
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid);
+
+/// Divides a picture by what pixels that are no points leave of its light, so that it asks for
+/// more where they show less. The light's angle is taken as spread evenly over the open part.
+///
+/// first, size  the pixels of the plane that it has, row by row
+void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 first, glm::ivec2 size,
+                  std::vector<float>& picture);
 
 /// The key's picture, blurred, on other pixels around the axis.
 Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m);

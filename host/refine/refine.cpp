@@ -218,6 +218,10 @@ public:
     });
     for (std::size_t key = 0; key < keys.size(); ++key) {
       const auto& grid = grids[key];
+      const glm::ivec2 margin =
+          keys[key].samples ? glm::ivec2(grid.margin_x(), grid.radius_y()) : glm::ivec2(0);
+      refinement::ask_for_more(optics, grid, grid.region_first - margin,
+                               grid.region_size + 2 * margin, targets[key]);
       const auto on_device = [&](const std::vector<float>& values) {
         return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
       };
@@ -408,8 +412,8 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     if (spec.progress) spec.progress(what, share);
   };
   report("targets and kernels", 0);
-  const refinement::Optics optics{holograms.size(), spec.pitch_m, spec.wavelength_m, spec.blur_m,
-                                  spec.padding};
+  const refinement::Optics optics{holograms.size(), spec.pitch_m, spec.wavelength_m,
+                                  spec.blur_m,      spec.padding, spec.showing};
   RefineResult result;
   std::vector<PictureGrid> grids;
   for (const auto& key : keys) {

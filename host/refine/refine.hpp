@@ -38,7 +38,8 @@ struct RefineSpec {
   // Light wanted in the pictures, relative to what the start has there
   double brightness = 1;
   double padding = refine_padding;  // padding of the Fresnel propagation
-  std::uint32_t seed = 1;           // seed of the order in which rounds are drawn
+  refinement::Showing showing{};
+  std::uint32_t seed = 1;  // seed of the order in which rounds are drawn
   // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
   // often as Key::times asks for
   bool in_order = false;

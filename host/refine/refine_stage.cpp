@@ -8,7 +8,8 @@
 
 namespace raywave {
 
-RefineSpec refine_spec(const RefineSettings& settings, glm::dvec2 pitch_m, double wavelength_m,
+RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::ivec2 size,
+                       glm::dvec2 pitch_m, double wavelength_m,
                        const std::vector<RefineKey>& keys) {
   RefineSpec spec;
   spec.pitch_m = pitch_m;
@@ -17,6 +18,13 @@ RefineSpec refine_spec(const RefineSettings& settings, glm::dvec2 pitch_m, doubl
   spec.brightness = settings.brightness;
   spec.iterations = settings.iterations.value_or(refine_iterations(keys));
   spec.budget_s = settings.budget_s;
+  const auto& profile = slm.illumination.profile;
+  if (!profile.is_even())
+    spec.showing.beam =
+        std::make_shared<const std::vector<float>>(amplitudes_of(profile, size, pitch_m));
+  spec.showing.fill = slm.fill;
+  spec.showing.carrier = carrier_of(slm, pitch_m, wavelength_m);
+  spec.showing.source = source_spread(slm, pitch_m, wavelength_m);
   return spec;
 }
 
@@ -82,8 +90,8 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
     refined_.keys.push_back(
         lens_key(device_, *plan_, scene, place, blur_m, key_pictures(settings)));
   }
-  auto spec =
-      refine_spec(settings, plan_->hologram.pitch_m, plan_->hologram.wavelength_m, refined_.keys);
+  auto spec = refine_spec(settings, plan_->slm, plan_->hologram.size, plan_->hologram.pitch_m,
+                          plan_->hologram.wavelength_m, refined_.keys);
   spec.progress = progress_;
   if (of_samples) {
     spec.iterations = planned_iterations(*plan_);

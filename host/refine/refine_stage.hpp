@@ -26,8 +26,10 @@ struct Refined {
 };
 
 /// Settings of the iterations: Plan::refine's, with a number of iterations for these pictures.
-RefineSpec refine_spec(const RefineSettings& settings, glm::dvec2 pitch_m, double wavelength_m,
-                       const std::vector<RefineKey>& keys);
+///
+/// size  of the hologram
+RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::ivec2 size,
+                       glm::dvec2 pitch_m, double wavelength_m, const std::vector<RefineKey>& keys);
 
 /// How pictures are made by Plan::refine.
 KeyPictures key_pictures(const RefineSettings& settings);

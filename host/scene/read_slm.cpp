@@ -1,12 +1,16 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/read_slm.hpp"
 
+#include <algorithm>
 #include <bit>
 #include <cmath>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <map>
+#include <memory>
 #include <numbers>
+#include <numeric>
 #include <optional>
 
 #include "host/scene/document.hpp"
@@ -53,7 +57,8 @@ void fit_monotone(Lut& lut, double most, const char* unit, const Value& v) {
 /// throws  InputError where the numbers are no phases in turns, or no amplitudes
 void require_range(const std::vector<double>& lut, bool amplitude, const Value& v) {
   constexpr double most_turns = 4, beside = 0.1;  // measured amplitudes may lie beside 0 to 1
-  const auto [low, high] = std::minmax(lut.front(), lut.back());
+  const auto ends = std::minmax_element(lut.begin(), lut.end());
+  const double low = *ends.first, high = *ends.second;
   if (amplitude && (low < -beside || high > 1 + beside))
     v.refuse("has amplitudes from " + number_text(low) + " to " + number_text(high) +
              "; 0 to 1 is expected, the brightest level has 1");
@@ -63,28 +68,42 @@ void require_range(const std::vector<double>& lut, bool amplitude, const Value& 
              "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
 }
 
-/// The LUT of a value: a number for each level, pairs of level and number, or the name of a file
-/// that holds them.
+/// throws  InputError where amplitudes come with amplitudes, or are none
+void require_states(const Lut& lut, bool amplitude, const Value& v) {
+  if (lut.amplitudes.empty()) return;
+  if (amplitude) v.refuse("has three columns, and this encoding shows amplitudes alone");
+  require_range(lut.amplitudes, true, v);
+  if (!(*std::max_element(lut.amplitudes.begin(), lut.amplitudes.end()) > 0))
+    v.refuse("has no amplitude above 0");
+}
+
+/// The LUT of a value: a number for each level, rows of level, number and where it is one a complex
+/// state its amplitude, or the name of a file that holds them.
 Lut lut_of(const Value& v, int level_count) {
   const std::string shape = "2 to " + std::to_string(level_count) +
-                            " numbers, pairs [level, number], or the name of a file";
+                            " numbers, pairs [level, number], rows [level, turns, amplitude], or "
+                            "the name of a file";
   if (v.node->is_string()) return load_lut(v.existing_file(), level_count);
   if (!v.is_array()) v.fail(shape.c_str());
   const Range range = between(-1e6, 1e6);
   Lut lut;
-  std::vector<std::pair<double, double>> pairs;
+  std::vector<std::vector<double>> rows;
   for (const auto& node : *v.node->as_array()) {
     const Value one{v.document, &node, v.path, v.label};
     if (!one.is_array()) {
       lut.values.push_back(one.number(range));
       continue;
     }
-    const auto pair = pair_of(one, "[level, number]", range);
-    pairs.emplace_back(pair.x, pair.y);
+    const auto& array = *node.as_array();
+    if (array.size() < 2 || array.size() > 3 || (!rows.empty() && array.size() != rows[0].size()))
+      one.fail("[level, number] in all rows, or [level, turns, amplitude] in all");
+    auto& row = rows.emplace_back();
+    for (const auto& number : array)
+      row.push_back(Value{v.document, &number, v.path, v.label}.number(range));
   }
-  if (lut.values.empty() && !pairs.empty())
-    return lut_of_pairs(pairs, level_count, v.document->where(*v.node, v.path) + ": " + v.label);
-  if (!pairs.empty() || lut.values.size() < 2 ||
+  if (lut.values.empty() && !rows.empty())
+    return lut_of_table(rows, level_count, v.document->where(*v.node, v.path) + ": " + v.label);
+  if (!rows.empty() || lut.values.size() < 2 ||
       lut.values.size() > static_cast<std::size_t>(level_count))
     v.fail(shape.c_str());
   return lut;
@@ -146,10 +165,58 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
   return terms;
 }
 
+/// A length, or rows of a measured kernel.
+Crosstalk crosstalk_of(const Value& v) {
+  constexpr const char* shape =
+      "a length, or a kernel: an odd number of rows, up to 15, of as many numbers each, whose sum "
+      "is > 0";
+  Crosstalk crosstalk;
+  if (!v.is_array()) {
+    crosstalk.sigma_m = v.length_m(between(0, 1e-3));
+    return crosstalk;
+  }
+  const auto& rows = *v.node->as_array();
+  const auto is_odd = [](std::size_t n) { return n % 2 == 1 && n <= 15; };
+  for (const auto& node : rows) {
+    const auto* row = node.as_array();
+    if (!is_odd(rows.size()) || !row || !is_odd(row->size()) ||
+        row->size() != rows.front().as_array()->size())
+      v.fail(shape);
+    crosstalk.size = {static_cast<int>(row->size()), static_cast<int>(rows.size())};
+    for (const auto& number : *row)
+      crosstalk.weights.push_back(
+          Value{v.document, &number, v.path, v.label}.number(between(-1e6, 1e6)));
+  }
+  const double sum = std::accumulate(crosstalk.weights.begin(), crosstalk.weights.end(), 0.0);
+  if (!(sum > 1e-9)) v.fail(shape);
+  for (double& w : crosstalk.weights) w /= sum;
+  return crosstalk;
+}
+
+/// Lengths of a Gaussian, or the name of a picture.
+BeamProfile profile_of(const Value& v) {
+  const Range range = between(1e-6, 1e3);
+  BeamProfile profile;
+  profile.where = v.document->where(*v.node, v.path) + ": " + v.label;
+  if (v.is_array()) {
+    profile.diameter_m =
+        v.vector<glm::dvec2>("a length, two lengths [x, y], or the name of a picture",
+                             [&](const Value& one) { return one.length_m(range); });
+  } else if (const auto* text = v.node->as_string(); text && !is_length(text->get())) {
+    profile.file = v.existing_file();
+    load_profile(profile);
+  } else {
+    profile.diameter_m = glm::dvec2(v.length_m(range));
+  }
+  return profile;
+}
+
 Json told_lut(const Lut& lut) {
   auto json = Json::array();
   for (std::size_t i = 0; i < lut.values.size(); ++i)
-    if (lut.levels.empty())
+    if (!lut.amplitudes.empty())
+      json.push_back({lut.levels[i], lut.values[i], lut.amplitudes[i]});
+    else if (lut.levels.empty())
       json.push_back(lut.values[i]);
     else
       json.push_back({lut.levels[i], lut.values[i]});
@@ -196,7 +263,8 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             auto lut = lut_of(v, grey_levels_of(slm));
             const bool amplitude = shows_amplitude(slm.encoding);
             for (double& number : lut.values) number *= amplitude ? 1 : turns_per_unit;
-            fit_monotone(lut, 0.05, amplitude ? "" : " turns", v);
+            require_states(lut, amplitude, v);
+            if (lut.amplitudes.empty()) fit_monotone(lut, 0.05, amplitude ? "" : " turns", v);
             require_range(lut.values, amplitude, v);
             if (lut.values.size() < static_cast<std::size_t>(grey_levels_of(slm)))
               v.note("it lists " + std::to_string(lut.values.size()) + " of " +
@@ -267,6 +335,22 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             return stop ? Json{{"size", told(stop->size)}, {"centre", told(stop->centre)}} : Json();
           })
           .or_word("none"));
+  key(setting("fill", slm.fill, [](const Value& v) {
+        // A share of the area, or of both sides
+        return std::optional(v.is_array() ? share_of(v) : glm::sqrt(share_of(v)));
+      }).or_word("none"));
+  key(setting(
+      "undiffracted", slm.undiffracted, [](const Value& v) { return v.number(between(0, 0.9)); },
+      [](double share) { return share > 0 ? Json(share) : Json(); }));
+  key(setting("crosstalk", slm.crosstalk, crosstalk_of, [](const Crosstalk& crosstalk) -> Json {
+    if (crosstalk.weights.empty()) return crosstalk.sigma_m > 0 ? Json(crosstalk.sigma_m) : Json();
+    auto rows = Json::array();
+    for (int y = 0; y < crosstalk.size.y; ++y) {
+      const auto row = crosstalk.weights.begin() + std::ptrdiff_t{y} * crosstalk.size.x;
+      rows.push_back(std::vector<double>(row, row + crosstalk.size.x));
+    }
+    return rows;
+  }));
   key(number("rate", slm.rate_per_s, between(0.01, 1e6)).as("rate_per_s"));
   key({"stop_centre", [&](const Value& v) {
          if (!slm.stop) v.fail("given with stop, the size of the aperture");
@@ -297,6 +381,13 @@ Illumination read_illumination(Section section, Illumination light) {
     if (glm::dot(light.sine, light.sine) > 0.98)
       v.fail("angles whose squared sines add up to 0.98 or less");
   });
+  section.read("profile", [&](const Value& v) {
+    light.profile = v.is("even") ? BeamProfile{} : profile_of(v);
+  });
+  section.read("source_size",
+               [&](const Value& v) { light.source_size = 1e-3 * v.number(between(0, 100)); });
+  section.read("bandwidth",
+               [&](const Value& v) { light.bandwidth_m = v.length_m(between(0, 1e-7)); });
   section.finish();
   return light;
 }
@@ -318,6 +409,12 @@ SlmSpec parse_slm(const SceneText& text, double wavelength_m,
   if (!is_scene) root.finish();
   slm.notes = document.notes;
   return slm;
+}
+
+void load_profile(BeamProfile& profile) {
+  profile.picture = std::make_shared<Image>(load_grey(profile.file, profile.where));
+  for (const float value : profile.picture->pixels)
+    if (value < 0) throw InputError(profile.where + " has pixels below 0, and is an intensity");
 }
 
 void load_flatness(FlatnessSpec& flatness) {

@@ -30,6 +30,8 @@ Illumination read_illumination(Section section, Illumination from = {});
 ///
 /// throws  InputError, starting with flatness.where
 void load_flatness(FlatnessSpec& flatness);
+/// The same of profile.file.
+void load_profile(BeamProfile& profile);
 
 /// Reads [slm] and [illumination] of a file that holds nothing else, or of a scene; overrides as in
 /// load_scenes. Other than in a scene, levels may have 10 bits.

@@ -45,9 +45,15 @@ Spec keys_of_json(Spec spec, const Json& json, const std::filesystem::path& repo
 
 Json json_of(const SlmSpec& slm) {
   auto json = json_of_keys(slm, 0.0, 10);
-  if (const auto& light = slm.illumination; !light.is_plane()) {
-    json["illumination"] = {{"sine", told(light.sine)}};
-    if (light.focus_m) json["illumination"]["focus_m"] = *light.focus_m;
+  if (const auto& light = slm.illumination; !(light == Illumination{})) {
+    auto& told_light = json["illumination"] = {{"sine", told(light.sine)}};
+    if (light.focus_m) told_light["focus_m"] = *light.focus_m;
+    if (light.profile.picture)
+      told_light["profile"] = std::filesystem::absolute(light.profile.file).string();
+    else if (!light.profile.is_even())
+      told_light["profile_m"] = told(light.profile.diameter_m);
+    if (light.source_size > 0) told_light["source_size_mrad"] = 1e3 * light.source_size;
+    if (light.bandwidth_m > 0) told_light["bandwidth_m"] = light.bandwidth_m;
   }
   if (!slm.flatness.picture.pixels.empty())
     json["flatness"] = {{"file", std::filesystem::absolute(slm.flatness.file).string()},
@@ -87,6 +93,11 @@ SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
     const auto& light = json.at("illumination");
     slm.illumination.sine = pair_of(light.at("sine"));
     if (light.contains("focus_m")) slm.illumination.focus_m = light.at("focus_m").get<double>();
+    auto& profile = slm.illumination.profile;
+    if (light.contains("profile")) profile.file = light.at("profile").get<std::string>();
+    if (light.contains("profile_m")) profile.diameter_m = pair_of(light.at("profile_m"));
+    slm.illumination.source_size = 1e-3 * light.value("source_size_mrad", 0.0);
+    slm.illumination.bandwidth_m = light.value("bandwidth_m", 0.0);
   }
   if (json.contains("stop"))
     slm.stop = {pair_of(json.at("stop").at("size")), pair_of(json.at("stop").at("centre"))};

@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <fstream>
+#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
@@ -18,6 +19,7 @@
 namespace raywave {
 namespace {
 
+constexpr double most_crosstalk_px = 3;
 constexpr std::uintmax_t most_lut_bytes = 1 << 20;
 
 /// The first word of a line that is no number; empty: there is none. Numbers stand between spaces,
@@ -38,8 +40,16 @@ std::string_view read_numbers(std::string_view line, std::vector<double>& number
   }
 }
 
-/// Rows of one or two numbers.
+/// Rows of one to three numbers.
 using Rows = std::vector<std::vector<double>>;
+
+/// Whether rows have level and number, or level, number and amplitude; all else is a list.
+bool is_table(const Rows& rows) {
+  if (!rows.empty() && rows[0].size() == 2) return true;
+  return rows.size() > 1 && std::all_of(rows.begin(), rows.end(), [](const auto& row) {
+           return row.size() == 3 && row[0] == std::floor(row[0]);
+         });
+}
 
 Rows read_text(const std::filesystem::path& file, const std::string& name) {
   std::ifstream stream(file);
@@ -66,11 +76,7 @@ Rows read_text(const std::filesystem::path& file, const std::string& name) {
 
 Lut lut_of_rows(const Rows& rows, int level_count, const std::string& name) {
   Lut lut;
-  if (!rows.empty() && rows[0].size() == 2) {
-    std::vector<std::pair<double, double>> pairs;
-    for (const auto& row : rows) pairs.emplace_back(row[0], row[1]);
-    return lut_of_pairs(pairs, level_count, name);
-  }
+  if (is_table(rows)) return lut_of_table(rows, level_count, name);
   for (const auto& row : rows) lut.values.insert(lut.values.end(), row.begin(), row.end());
   const auto count = lut.values.size();
   if (count < 2 || count > static_cast<std::size_t>(level_count))
@@ -86,19 +92,19 @@ std::string size_text(int width, int height) {
 
 }  // namespace
 
-Lut lut_of_pairs(const std::vector<std::pair<double, double>>& pairs, int level_count,
-                 const std::string& where) {
-  auto sorted = pairs;
-  std::sort(sorted.begin(), sorted.end());
+Lut lut_of_table(std::vector<std::vector<double>> rows, int level_count, const std::string& where) {
+  std::sort(rows.begin(), rows.end());
   Lut lut;
-  for (const auto& [level, value] : sorted) {
+  for (const auto& row : rows) {
+    const double level = row[0];
     if (level != std::floor(level) || level < 0 || level >= level_count)
       throw InputError(where + ": " + number_text(level) + " is no level of 0 to " +
                        std::to_string(level_count - 1));
     if (!lut.levels.empty() && lut.levels.back() == static_cast<int>(level))
       throw InputError(where + ": level " + number_text(level) + " is there twice");
     lut.levels.push_back(static_cast<int>(level));
-    lut.values.push_back(value);
+    lut.values.push_back(row[1]);
+    if (row.size() > 2) lut.amplitudes.push_back(row[2]);
   }
   if (lut.levels.size() < 2) throw InputError(where + ": a LUT has two levels or more");
   return lut;
@@ -113,9 +119,10 @@ Lut load_lut(const std::filesystem::path& file, int level_count) {
                      level_count, name);
 }
 
-std::vector<double> shown_by_level(const Lut& lut, int level_count) {
+std::vector<double> shown_by_level(const Lut& lut, const std::vector<double>& listed,
+                                   int level_count) {
   std::vector<double> shown;
-  const auto count = lut.values.size();
+  const auto count = listed.size();
   const auto level_of = [&](std::size_t i) {
     return lut.levels.empty() ? static_cast<int>(i) : lut.levels[i];
   };
@@ -125,7 +132,7 @@ std::vector<double> shown_by_level(const Lut& lut, int level_count) {
     const auto before = next == 0 ? 0 : next - 1, after = std::min(next, count - 1);
     const int step = level_of(after) - level_of(before);
     const double share = step == 0 ? 0 : static_cast<double>(level - level_of(before)) / step;
-    shown.push_back(lut.values[before] + share * (lut.values[after] - lut.values[before]));
+    shown.push_back(listed[before] + share * (listed[after] - listed[before]));
   }
   return shown;
 }
@@ -139,13 +146,36 @@ LevelValues values_of_levels(const SlmSpec& slm) {
     const double turns = static_cast<double>(level) / slm.levels_per_turn;
     values.shown.push_back(amplitude ? level / (grey_levels - 1.0) : slm.invert ? -turns : turns);
   }
-  if (has_lut) values.shown = shown_by_level(slm.lut, grey_levels);
+  if (has_lut) values.shown = shown_by_level(slm.lut, slm.lut.values, grey_levels);
+  if (!slm.lut.amplitudes.empty())
+    values.amplitudes = shown_by_level(slm.lut, slm.lut.amplitudes, grey_levels);
   values.used = slm.lut.levels;
   if (values.used.empty()) {
     values.used.resize(has_lut ? slm.lut.values.size() : values.shown.size());
     std::iota(values.used.begin(), values.used.end(), 0);
   }
   return values;
+}
+
+std::complex<double> LevelValues::state(int level) const {
+  const auto i = static_cast<std::size_t>(level);
+  return std::polar(amplitudes.empty() ? 1.0 : amplitudes[i], 2 * std::numbers::pi * shown[i]);
+}
+
+int LevelValues::nearest_to_phase(double turns) const {
+  double mean = 0;
+  if (!amplitudes.empty())
+    for (const int level : used)
+      mean += amplitudes[static_cast<std::size_t>(level)] / static_cast<double>(used.size());
+  // Of one amplitude the nearest phase on the circle is the nearest state, and rounds less
+  const auto away = [&](int level) {
+    const double off = shown[static_cast<std::size_t>(level)] - turns;
+    return amplitudes.empty()
+               ? std::abs(off - std::round(off))
+               : std::abs(state(level) - std::polar(mean, 2 * std::numbers::pi * turns));
+  };
+  return *std::min_element(used.begin(), used.end(),
+                           [&](int a, int b) { return away(a) < away(b); });
 }
 
 double wanted_share_of_levels(const SlmSpec& slm) {
@@ -157,13 +187,8 @@ double wanted_share_of_levels(const SlmSpec& slm) {
   for (int i = 0; i < phases; ++i) {
     const double turns = (i + 0.5) / phases,
                  wanted = is_even ? std::round(turns * slm.levels) / slm.levels : turns;
-    double error = 1;  // the smallest, in turns
-    for (const int level : values.used) {
-      const double off = values.shown[static_cast<std::size_t>(level)] - wanted,
-                   apart = off - std::round(off);
-      if (std::abs(apart) < std::abs(error)) error = apart;
-    }
-    sum += std::polar(1.0, 2 * std::numbers::pi * (error + wanted - turns));
+    sum += values.state(values.nearest_to_phase(wanted)) *
+           std::polar(1.0, -2 * std::numbers::pi * turns);
   }
   return std::norm(sum / static_cast<double>(phases));
 }
@@ -211,6 +236,80 @@ double Illumination::turns(glm::dvec2 at_m, double wavelength_m) const {
 
 glm::dvec2 Illumination::curvature_per_m() const {
   return focus_m ? (1.0 - sine * sine) / *focus_m : glm::dvec2(0);
+}
+
+std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
+                                 glm::dvec2 pitch_m) {
+  if (profile.is_even()) return {};
+  std::vector<float> amplitudes(std::size_t{1} * size_px.x * size_px.y);
+  const Image* picture = profile.picture.get();
+  double sum = 0;
+  for (int y = 0; y < size_px.y; ++y) {
+    for (int x = 0; x < size_px.x; ++x) {
+      const glm::dvec2 share((x + 0.5) / size_px.x, (y + 0.5) / size_px.y);
+      double value = 0;
+      if (picture) {
+        // Between the middles of the picture's pixels on straight lines
+        const glm::dvec2 last(picture->width - 1, picture->height - 1),
+            at = glm::clamp(share * (last + 1.0) - 0.5, glm::dvec2(0), last);
+        const glm::ivec2 low(at), high = glm::min(low + 1, glm::ivec2(last));
+        const auto pixel = [&](int i, int j) {
+          return double{picture->pixels[std::size_t{1} * j * picture->width + i]};
+        };
+        const glm::dvec2 t = at - glm::dvec2(low);
+        const double above = pixel(low.x, low.y) * (1 - t.x) + pixel(high.x, low.y) * t.x,
+                     below = pixel(low.x, high.y) * (1 - t.x) + pixel(high.x, high.y) * t.x;
+        value = std::sqrt(above * (1 - t.y) + below * t.y);
+      } else {
+        // exp(-2 r^2 / w^2) of the intensity, w half the diameter
+        const auto r = (share - 0.5) * glm::dvec2(size_px) * pitch_m / (profile.diameter_m / 2.0);
+        value = std::exp(-glm::dot(r, r));
+      }
+      amplitudes[std::size_t{1} * y * size_px.x + x] = static_cast<float>(value);
+      sum += value * value;
+    }
+  }
+  const double root = std::sqrt(sum / static_cast<double>(amplitudes.size()));
+  if (!(root > 0))
+    throw InputError(profile.where + " leaves the hologram dark; give a wider or brighter one");
+  for (float& a : amplitudes) a = static_cast<float>(double{a} / root);
+  return amplitudes;
+}
+
+Crosstalk kernel_of(const Crosstalk& crosstalk, glm::dvec2 pitch_m) {
+  if (!(crosstalk.sigma_m > 0)) return crosstalk;
+  // What pixels are told is a step function, whose blur is looked at in the middle of a pixel
+  const auto along = [&](int axis) {
+    if (crosstalk.sigma_m > most_crosstalk_px * pitch_m[axis])
+      throw InputError("slm.crosstalk: " + length_text(crosstalk.sigma_m) + " is more than " +
+                       number_text(most_crosstalk_px) + " pixels of " + length_text(pitch_m[axis]) +
+                       ": such a panel shows no hologram");
+    const double width = crosstalk.sigma_m / pitch_m[axis] * std::numbers::sqrt2;
+    std::vector<double> weights;
+    const int reach = static_cast<int>(std::ceil(4 * crosstalk.sigma_m / pitch_m[axis]));
+    for (int i = -reach; i <= reach; ++i)
+      weights.push_back((std::erf((i + 0.5) / width) - std::erf((i - 0.5) / width)) / 2);
+    return weights;
+  };
+  const auto across = along(0), down = along(1);
+  Crosstalk kernel;
+  kernel.size = {static_cast<int>(across.size()), static_cast<int>(down.size())};
+  for (const double v : down)
+    for (const double u : across) kernel.weights.push_back(u * v);
+  const double sum = std::accumulate(kernel.weights.begin(), kernel.weights.end(), 0.0);
+  for (double& w : kernel.weights) w /= sum;
+  return kernel;
+}
+
+SourceSpread source_spread(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m) {
+  const auto& light = slm.illumination;
+  SourceSpread spread{light.source_size, light.bandwidth_m, {}, {}};
+  if (!(spread.bandwidth_m > 0)) return spread;
+  spread.per_m = carrier_of(slm, pitch_m, wavelength_m) / pitch_m +
+                 own_carrier_of(slm.encoding) / pitch_m - light.sine / wavelength_m;
+  spread.per_m2 = light.curvature_per_m() / (2 * wavelength_m);
+  if (slm.lens_m) spread.per_m2 -= 1 / (2 * wavelength_m * *slm.lens_m);
+  return spread;
 }
 
 glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m) {

@@ -5,13 +5,16 @@
 #pragma once
 
 #include <array>
+#include <complex>
 #include <filesystem>
 #include <glm/vec2.hpp>
+#include <memory>
 #include <optional>
 #include <string>
 #include <utility>
 #include <vector>
 
+#include "host/common/npy.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave {
@@ -23,27 +26,30 @@ namespace raywave {
 struct Lut {
   std::vector<int> levels;  // rising; empty: 0, 1, 2 ...
   std::vector<double> values;
+  std::vector<double> amplitudes{};  // that come with phases; empty: 1 each
 
   bool operator==(const Lut&) const = default;
 };
 
-/// Reads text: a number for each level from 0 on, or a line for each with level and number in any
-/// order. Headings, and comments behind #, are left out. Where ; stands between numbers, a comma is
-/// a decimal point. Reads .npy, too: floats or integers of shape (n), (n, 2).
+/// Reads text: a number for each level from 0 on, or a line for each with level and number, and an
+/// amplitude where it comes with the phase, in any order. Headings, and comments behind #, are left
+/// out. Where ; stands between numbers, a comma is a decimal point. Reads .npy, too: floats or
+/// integers of shape (n), (n, 2), (n, 3).
 ///
 /// level_count  of the panel
 /// throws       InputError naming file and line
 Lut load_lut(const std::filesystem::path& file, int level_count);
 
-/// A table of pairs of level and number.
+/// A table of rows of level and number, and an amplitude in all of them or in none.
 ///
 /// where   starts messages
 /// throws  InputError for levels that are no whole numbers of the panel, or are there twice
-Lut lut_of_pairs(const std::vector<std::pair<double, double>>& pairs, int level_count,
-                 const std::string& where);
+Lut lut_of_table(std::vector<std::vector<double>> rows, int level_count, const std::string& where);
 
-/// What each level shows: between listed ones on a straight line, beyond them as the nearest.
-std::vector<double> shown_by_level(const Lut& lut, int level_count);
+/// What each level shows, of the LUT's values or amplitudes: between listed ones on a straight
+/// line, beyond them as the nearest.
+std::vector<double> shown_by_level(const Lut& lut, const std::vector<double>& listed,
+                                   int level_count);
 
 /// Replaces values that turn back, as noise of a measurement makes them, by the nearest ones (least
 /// squares) that do not.
@@ -93,6 +99,22 @@ struct FlatnessSpec {
   std::string where;    // "scene.toml:12: slm: flatness", the start of messages
 };
 
+/// How bright the light is over the hologram.
+struct BeamProfile {
+  // Of a Gaussian, as far as 1/e^2 of the intensity is left; 0: there is none
+  glm::dvec2 diameter_m{0, 0};
+  std::filesystem::path file;
+  std::shared_ptr<const Image> picture;  // intensity, stretched over the hologram; null: none
+  std::string where;                     // "scene.toml:12: illumination: profile", for messages
+
+  bool is_even() const { return diameter_m == glm::dvec2(0) && !picture; }
+  bool operator==(const BeamProfile&) const = default;
+};
+
+/// Amplitude of the light at each pixel, row 0 the top, of mean square 1; empty where it is even.
+std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
+                                 glm::dvec2 pitch_m);
+
 /// The light that falls onto the SLM, section [illumination].
 struct Illumination {
   // Where it converges, before the hologram on the eye's side; < 0: it diverges from a point
@@ -100,7 +122,11 @@ struct Illumination {
   std::optional<double> focus_m;
   // Sines of its middle ray's direction: > 0 towards +x, +y
   glm::dvec2 sine{0, 0};
+  BeamProfile profile{};
+  double source_size = 0;  // angular diameter, in rad, of an evenly bright disc
+  double bandwidth_m = 0;  // full width at half maximum of a Gaussian spectrum
 
+  /// Its middle is one plane wave along the axis.
   bool is_plane() const { return !focus_m && sine == glm::dvec2(0); }
   /// Phase in turns at a place of the hologram, less that at the middle.
   ///
@@ -112,6 +138,18 @@ struct Illumination {
   glm::dvec2 curvature_per_m() const;
   bool operator==(const Illumination&) const = default;
 };
+
+/// How much of its neighbours' phase, or amplitude, a pixel takes over.
+struct Crosstalk {
+  double sigma_m = 0;           // of a Gaussian that blurs what pixels are told; 0: none
+  glm::ivec2 size{0, 0};        // columns and rows of `weights`, both odd
+  std::vector<double> weights;  // measured, row 0 the top; they sum to 1. Empty: none
+
+  bool any() const { return sigma_m > 0 || !weights.empty(); }
+};
+
+/// The weights of crosstalk, those of a Gaussian for the middle of a pixel.
+Crosstalk kernel_of(const Crosstalk& crosstalk, glm::dvec2 pitch_m);
 
 struct SlmSpec {
   Encoding encoding = Encoding::automatic;
@@ -136,9 +174,13 @@ struct SlmSpec {
   bool flip_x = false, flip_y = false;  // of the pictures that are written
   int rotate_deg = 0;                   // of the pictures, counterclockwise: 0, 90, 180 or 270
   std::optional<StopSpec> stop;         // empty: all light passes
-  std::optional<double> rate_per_s;     // frames that the panel shows; empty: any number
-  Illumination illumination;            // what it adds to the light is taken off
-  std::vector<std::string> notes;       // for the user, of a file of its own: a line each
+  // Sides of the part of a pixel that shines, over the pitch; empty: pixels are points
+  std::optional<glm::dvec2> fill;
+  double undiffracted = 0;  // share of the light that leaves as it came
+  Crosstalk crosstalk;
+  std::optional<double> rate_per_s;  // frames that the panel shows; empty: any number
+  Illumination illumination;         // what it adds to the light is taken off
+  std::vector<std::string> notes;    // for the user, of a file of its own: a line each
 };
 
 /// Grey levels that a pixel can take.
@@ -153,8 +195,18 @@ glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_
 struct LevelValues {
   std::vector<double> shown;  // by level: turns of phase, or amplitude
   std::vector<int> used;
+  std::vector<double> amplitudes{};  // by level, that come with phases; empty: 1 each
+
+  /// The used level whose state is nearest to the phase, at the mean amplitude of those used; the
+  /// lowest of equals.
+  int nearest_to_phase(double turns) const;
+  /// Light of a level that shows a phase.
+  std::complex<double> state(int level) const;
 };
 LevelValues values_of_levels(const SlmSpec& slm);
+
+/// What the light of another colour keeps of the phases that the SLM adds (SourceSpread).
+SourceSpread source_spread(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m);
 
 /// Share of the light that grey levels put into the wanted wave when all phases are wanted alike:
 /// sinc^2(1 / n) of n levels evenly spread. The rest makes twin pictures and haze. 1 where levels

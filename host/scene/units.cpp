@@ -74,6 +74,8 @@ void require_unit(std::string_view text, std::string_view what, const char* exam
 
 }  // namespace
 
+bool is_length(std::string_view text) { return in_base_unit(text, length_units).has_value(); }
+
 double parse_length_m(std::string_view text, std::string_view what) {
   if (const auto length = in_base_unit(text, length_units)) return *length;
   fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for metres)");

@@ -11,6 +11,9 @@ namespace raywave {
 /// throws  InputError naming `what` when the text is no such length
 double parse_length_m(std::string_view text, std::string_view what);
 
+/// True where parse_length_m would take it.
+bool is_length(std::string_view text);
+
 /// Metres from a text with a unit, as the command line needs it; "0" needs none.
 /// throws  InputError naming `what` when the text is no such length
 double given_length_m(std::string_view text, std::string_view what);

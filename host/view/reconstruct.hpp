@@ -53,6 +53,10 @@ std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 
 /// samples. Windows larger than the hologram are put together from tiles, each a shifted
 /// propagation of its own; tiles that no light of the hologram reaches stay black.
 ///
+/// FieldStack::source adds up what light of other directions and colours shows: the picture is the
+/// mean over a disc of the source's size times |z|, and over colours of the spectrum, at most 129.
+/// The hologram is the same in all of them.
+///
 /// progress  called with 0..1 when given
 /// throws    InputError when z, window, view or aperture are not possible
 Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram,

@@ -19,8 +19,15 @@
 #define RAYWAVE_PRECISION PRECISION_FLOAT
 #endif
 
+// 1: the light on the SLM is not even. Encoder gives back what a pixel lacks, as far as its
+// amplitude goes; the refiner counts with it.
+#ifndef RAYWAVE_BEAM
+#define RAYWAVE_BEAM 0
+#endif
+
 #define RAYWAVE_COMMON_OPTIONS(OPTION) \
   OPTION(lanes, RAYWAVE_LANES)         \
+  OPTION(beam, RAYWAVE_BEAM)           \
   OPTION(precision, RAYWAVE_PRECISION)
 
 #endif

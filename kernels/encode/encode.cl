@@ -177,12 +177,14 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
 // SLM.
 //
 // added  phase of each pixel in units of 1/65536 turn, where RAYWAVE_ADDED_TURNS
+// beam   1 over the amplitude of the light on each pixel, where RAYWAVE_BEAM
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
 // levels_per_turn  where levels are proportional to the phase: at most RAYWAVE_GREY_LEVELS;
 //                  negative where the phase falls as levels rise
 __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
-                     const __global LEVEL* restrict table, __global LEVEL* restrict levels, int nx,
-                     int ny, int x0, int y0, float inverse_clip, int levels_per_turn) {
+                     const __global float* restrict beam, const __global LEVEL* restrict table,
+                     __global LEVEL* restrict levels, int nx, int ny, int x0, int y0,
+                     float inverse_clip, int levels_per_turn) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const Field from = FIELD_OF_PARAMETERS;
@@ -201,6 +203,12 @@ __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
         more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
       turns += LANES_LOAD(more);
     }
+    if (RAYWAVE_BEAM) {
+      float more[RAYWAVE_LANES];
+      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+        more[lane] = lane < nx - i ? beam[start + i + lane] : 1.0f;
+      amplitude *= LANES_LOAD(more);
+    }
     const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip, levels_per_turn);
     if (is_whole) {
       store_levels(found, table, levels + start + i);
@@ -213,9 +221,9 @@ __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
   }
 }
 
-// Amplitudes of every stride-th sample of a field, row by row.
-__kernel void sample_amplitudes(FIELD_PARAMETERS, int nx, __global float* restrict amplitudes,
-                                uint stride, uint count) {
+// Amplitudes of every stride-th sample of a field, row by row; beam as above.
+__kernel void sample_amplitudes(FIELD_PARAMETERS, int nx, const __global float* restrict beam,
+                                __global float* restrict amplitudes, uint stride, uint count) {
   const uint i = (uint)get_global_id(0);
   if (i >= count) return;
   const Field from = FIELD_OF_PARAMETERS;
@@ -231,5 +239,5 @@ __kernel void sample_amplitudes(FIELD_PARAMETERS, int nx, __global float* restri
 #endif
   const float larger = fmax(fabs(u.x), fabs(u.y)), smaller = fmin(fabs(u.x), fabs(u.y));
   const float t = larger > 0.0f ? smaller / larger : 0.0f;
-  amplitudes[i] = larger * sqrt(1.0f + t * t) * share;
+  amplitudes[i] = larger * sqrt(1.0f + t * t) * share * (RAYWAVE_BEAM ? beam[number] : 1.0f);
 }

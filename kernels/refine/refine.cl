@@ -5,6 +5,8 @@
 // A key is a picture that the hologram should show: a depth, and the aperture through which it is
 // seen. Planes:
 //
+//   beam      where RAYWAVE_BEAM: amplitude of the light on each pixel of a hologram, in rows like
+//             its own; else one number, which is not read
 //   hologram  frames x hologram_ny rows of hologram_pitch samples, of modulus 1; hologram_pitch is
 //             at least 15 samples wider than the hologram, so that packets may begin in any column
 //   plane     ny rows of nx samples: the aperture's part of the hologram in its top left corner,
@@ -44,9 +46,10 @@ __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
 
 // plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
 //
-// first           sample of `hologram` where the aperture begins
+// first           sample of `hologram` where the aperture begins; beam_first: of `beam`
 // aperture_nx,ny  samples of the aperture
 __kernel void spread(const __global float2* restrict hologram, uint first, int hologram_pitch,
+                     const __global float* restrict beam, uint beam_first,
                      const __global float2* restrict column_chirp,
                      const __global float2* restrict row_chirp, int aperture_nx, int aperture_ny,
                      __global float2* restrict plane, int nx, int columns, int rows) {
@@ -55,6 +58,10 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
   const float2 chirp = row < aperture_ny ? row_chirp[row] : (float2)(0.0f, 0.0f);
   const __global float2* source =
       hologram + (size_t)first + (size_t)hologram_pitch * (size_t)(row < aperture_ny ? row : 0);
+  const __global float* light =
+      beam + (RAYWAVE_BEAM && row < aperture_ny
+                  ? (size_t)beam_first + (size_t)hologram_pitch * (size_t)row
+                  : 0);
   __global float2* target = plane + (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
@@ -62,6 +69,11 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
     if (row < aperture_ny && i < aperture_nx) {
       floatv a, b, c, s;
       load_complex(source + i, &a, &b);
+      if (RAYWAVE_BEAM) {
+        const floatv here = LANES_LOAD(light + i);
+        a *= here;
+        b *= here;
+      }
       load_complex(column_chirp + i, &c, &s);
       const floatv u = a * c - b * s, v = a * s + b * c;
       re = u * chirp.x - v * chirp.y;
@@ -198,9 +210,10 @@ __kernel void add_picture(const __global float* restrict blurred,
   }
 }
 
-// hologram: its phase after hologram + step * conj(chirp) * plane, in the aperture. Phases need no
-// trigonometry: the sum is divided by its modulus.
+// hologram: its phase after beam * hologram + step * conj(chirp) * plane, in the aperture. Phases
+// need no trigonometry: the sum is divided by its modulus.
 __kernel void step_phase(__global float2* restrict hologram, uint first, int hologram_pitch,
+                         const __global float* restrict beam, uint beam_first,
                          const __global float2* restrict column_chirp,
                          const __global float2* restrict row_chirp, int aperture_nx,
                          int aperture_ny, const __global float2* restrict plane, int nx,
@@ -209,6 +222,8 @@ __kernel void step_phase(__global float2* restrict hologram, uint first, int hol
   if (row >= aperture_ny) return;
   const float2 chirp = step_size * row_chirp[row];
   __global float2* samples = hologram + (size_t)first + (size_t)hologram_pitch * (size_t)row;
+  const __global float* light =
+      beam + (RAYWAVE_BEAM ? (size_t)beam_first + (size_t)hologram_pitch * (size_t)row : 0);
   const __global float2* change = plane + (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < aperture_nx; i += step) {
@@ -216,6 +231,11 @@ __kernel void step_phase(__global float2* restrict hologram, uint first, int hol
     load_complex(samples + i, &re, &im);
     load_complex(column_chirp + i, &c, &s);
     load_some_complex(change + i, aperture_nx - i, &a, &b);
+    if (RAYWAVE_BEAM) {
+      const floatv here = LANES_LOAD(light + i);
+      re *= here;
+      im *= here;
+    }
     const floatv u = a * c + b * s, v = b * c - a * s;
     re += u * chirp.x + v * chirp.y;
     im += v * chirp.x - u * chirp.y;

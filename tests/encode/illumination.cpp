@@ -190,6 +190,16 @@ TEST_CASE("WRPs refuse light that does not fall straight onto the SLM") {
 TEST_CASE("[illumination] is read from scenes and from files of an SLM") {
   CHECK(slm_with("focus = \"200 mm\"\nangle = [3, -2]").illumination == light_of(0.2, {3, -2}));
   CHECK(slm_with("focus = \"parallel\"").illumination.is_plane());
-  for (const char* wrong : {"focus = 0", "angle = [85, 0]", "angle = [75, 75]", "tilt = 1"})
+  const auto beam =
+      slm_with("profile = [\"6 mm\", 4e-3]\nsource_size = 0.5\nbandwidth = \"2 nm\"").illumination;
+  CHECK(beam.profile.diameter_m == dvec2(6e-3, 4e-3));
+  CHECK(beam.source_size == 0.5e-3);
+  CHECK(beam.bandwidth_m == 2e-9);
+  CHECK(slm_with("profile = \"even\"").illumination == Illumination{});
+  CHECK(slm_with("profile = \"6 mm\"").illumination.profile.diameter_m == dvec2(6e-3));
+  for (const char* wrong :
+       {"focus = 0", "angle = [85, 0]", "angle = [75, 75]", "tilt = 1", "profile = \"beam.png\"",
+        "profile = 0", "profile = [1e-3]", "profile = true", "source_size = -1",
+        "source_size = \"1 mm\"", "bandwidth = 1", "bandwidth = \"1 ps\""})
     CHECK_THROWS_AS(slm_with(wrong), InputError);
 }

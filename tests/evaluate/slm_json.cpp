@@ -33,6 +33,12 @@ TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   slm.shift_distance_m = 0.3;
   slm.lens_m = -0.25;
   slm.stop = StopSpec{{0.3, 0.4}, {0.01, -0.02}};
+  slm.fill = {0.9, 0.8};
+  slm.undiffracted = 0.02;
+  slm.crosstalk = {0, {3, 1}, {0.25, 0.5, 0.25}};
+  slm.illumination.profile.diameter_m = {6e-3, 4e-3};
+  slm.illumination.source_size = 0.3e-3;
+  slm.illumination.bandwidth_m = 2e-9;
   // Each report that names a flatness picture has it read again, by another process.
   const auto flatness = std::exchange(slm.flatness, {});
   for (const auto encoding : {Encoding::phase, Encoding::double_phase, Encoding::off_axis,
@@ -73,12 +79,25 @@ TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   CHECK(back.lens_m == slm.lens_m);
   CHECK(back.stop.value().size == slm.stop->size);
   CHECK(back.stop.value().centre == slm.stop->centre);
+  CHECK(back.fill == slm.fill);
+  CHECK(back.undiffracted == slm.undiffracted);
+  CHECK(back.crosstalk.weights == slm.crosstalk.weights);
+  CHECK(back.illumination == slm.illumination);
   // And every other key that there may be
   CHECK(json_of(back) == json_of(slm));
   CHECK(json_of(slm_of_report(report_of(folder, SlmSpec{}))) == json_of(SlmSpec{}));
   slm.bits = 10;
   slm.levels = 1024;
   // What is not beside the LUT and the carrier
+  slm.encoding = Encoding::phase;
+  slm.lut = {{3, 7, 200}, {0, 0.4, 0.9}, {1, 0.5, 0.75}};
+  CHECK(slm_of_report(report_of(folder, slm)).lut == slm.lut);
+  slm.crosstalk = {.sigma_m = 1e-6};
+  slm.illumination.profile = {};
+  slm.illumination.profile.file = folder / "flat.png";
+  slm.illumination.profile.picture = std::make_shared<Image>(load_grey(folder / "flat.png", ""));
+  CHECK(slm_of_report(report_of(folder, slm)).illumination.profile.picture->pixels ==
+        slm.illumination.profile.picture->pixels);
   slm.lut = {};
   slm.invert = true;
   slm.carrier = {0, 0};

@@ -3,7 +3,9 @@
 
 #include "host/forecast/presets.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/view/reconstruct.hpp"
 #include "tests/support/catch.hpp"
+#include "tests/support/devices.hpp"
 #include "tests/support/files.hpp"
 #include "tests/support/plans.hpp"
 #include "tests/support/scenes.hpp"
@@ -221,6 +223,62 @@ TEST_CASE("a shift beyond the band and a flatness picture that does not fit are 
   CHECK_REFUSED(planned(uneven),
                 "scene.toml:3: slm: flatness: the picture is 2 x 1, the SLM 1000 x "
                 "500");
+}
+
+TEST_CASE("a plan says what beam, fill and source do to a scene, by closed forms") {
+  SlmSpec slm;
+  // The hologram is 4 mm x 2 mm, light 500 nm, the square 2 mm wide and 100 mm away, 5 mm off
+  slm.illumination.profile.diameter_m = {4 * mm, 4 * mm};
+  slm.fill = glm::dvec2(0.9, 0.8);
+  slm.illumination.source_size = 0.5e-3;
+  slm.illumination.bandwidth_m = 2e-9;
+  const auto p = planned(slm, {4 * mm, 0});
+  const auto& light = p.prediction.slm_light;
+  // erf(sqrt(2) W / d): 95.45 % and 68.27 %
+  CHECK(light.on_hologram == Approx(0.9545 * 0.6827).epsilon(1e-3));
+  CHECK(light.darkest < 0.5);
+  CHECK(light.in_order == Approx(0.72 * 0.72));
+  // The farthest corner, 5 mm and 1 mm off: 0.4 and 0.08 cycles per pixel
+  const auto sinc = [](double t) {
+    return std::sin(std::numbers::pi * t) / (std::numbers::pi * t);
+  };
+  CHECK(light.at_edge == Approx(std::pow(sinc(0.9 * 0.4) * sinc(0.8 * 0.08), 2)).epsilon(0.02));
+  CHECK(light.source.disc_m == Approx(50 * um).epsilon(1e-3));
+  CHECK(light.source.smear_m == Approx(2.0 / 500 * 2 * mm).epsilon(1e-3));
+  const auto ideal = planned({}, {4 * mm, 0}).prediction.slm_light;
+  CHECK(ideal.at_edge == 1);
+  CHECK(ideal.source.speckle == 1);
+  SlmSpec blurred;
+  blurred.crosstalk.sigma_m = 20 * um;
+  CHECK_REFUSED(planned(blurred), "slm.crosstalk: 20 um is more than 3 pixels of 4 um");
+}
+
+DEVICE_TEST("the contrast of speckle that a source leaves is that of pictures, within 4 % near the axis") {
+  const HologramSpec hologram{{320, 256}, glm::dvec2(4 * um), 500e-9};
+  constexpr double away_m = 20 * mm;
+  const auto contrast = [&](const SourceSpread& source) {
+    double sum = 0, squares = 0;
+    constexpr int holograms = 12;
+    for (int i = 0; i < holograms; ++i) {
+      auto one = random_phases({320, 256}, 1, 10 + i);
+      one.source = source;
+      const auto image = reconstruct(device, cl::FftBackend::host, one, hologram,
+                                     {.z_m = away_m, .window_m = glm::dvec2(0.16 * mm)});
+      for (const float v : image.pixels) sum += v, squares += double{v} * v;
+    }
+    const double n = holograms * 40.0 * 40;
+    return std::sqrt(squares / n - sum / n * sum / n) / (sum / n);
+  };
+  const auto window_m = glm::dvec2(320, 256) * 4.0 * um;
+  const double laser = contrast({});
+  for (const auto& source :
+       {SourceSpread{.size = 1e-3}, SourceSpread{.size = 3e-3}, SourceSpread{.bandwidth_m = 20e-9},
+        SourceSpread{.bandwidth_m = 5e-9, .per_m = {0.1 / (4 * um), 0}}}) {
+    const double stated = source_blur(source, window_m, 500e-9, away_m).speckle;
+    INFO(stated);
+    CHECK(contrast(source) / laser == Approx(stated).epsilon(0.04));
+    CHECK(stated < 0.95);
+  }
 }
 
 }  // namespace

@@ -77,7 +77,14 @@ flatness_fit = "centre"
 flip = "xy"
 rotate = 270
 stop = [0.4, 0.3]
-stop_centre = [0.05, -0.02])");
+stop_centre = [0.05, -0.02]
+fill = [0.95, 0.9]
+undiffracted = 0.02
+crosstalk = [[0, 1, 0], [1, 6, 2], [0, 0, 0]])");
+  CHECK(slm.fill.value() == glm::dvec2(0.95, 0.9));
+  CHECK(slm.undiffracted == 0.02);
+  CHECK(slm.crosstalk.size == glm::ivec2(3, 3));
+  CHECK(slm.crosstalk.weights[4] == Approx(0.6));
   CHECK(slm.encoding == Encoding::off_axis);
   CHECK(slm.clip == 0.95);
   CHECK(slm.band == glm::dvec2(0.5, 0.75));
@@ -158,6 +165,11 @@ TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and a
   bench.folder.write("german.csv", "Stufe;Phase\r\n0;0,0\r\n100;0,25\r\n200;1,0\r\n");
   CHECK(read("german.csv") == Lut{{0, 100, 200}, three});
   CHECK(bench.load("lut = [[0, 0], [100, 0.25], [200, 1]]").lut == Lut{{0, 100, 200}, three});
+
+  bench.folder.write("complex.csv", "level,turns,amplitude\n2,0.5,0.75\n0,0,1\n1,0.75,0.5\n");
+  const Lut states{{0, 1, 2}, {0, 0.75, 0.5}, {1, 0.5, 0.75}};
+  CHECK(read("complex.csv") == states);
+  CHECK(bench.load("lut = [[2, 0.5, 0.75], [0, 0, 1], [1, 0.75, 0.5]]").lut == states);
 
   // np.save of numbers[3], and of levels and numbers in columns that lie behind each other
   const auto npy = [&](const std::string& shape, const char* fortran, std::vector<double> numbers) {
@@ -299,8 +311,8 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
       {"lut = \"large.txt\"", "large.txt: too large for a LUT (at most 1 MiB)"},
       {"lut = \"none.txt\"", "slm.toml:2: slm: lut must be a file (there is none at \"none.txt\")"},
       {"lut = [0]",
-       "slm.toml:2: slm: lut must be 2 to 256 numbers, pairs [level, number], or the name of a "
-       "file"},
+       "slm.toml:2: slm: lut must be 2 to 256 numbers, pairs [level, number], rows [level, turns, "
+       "amplitude], or the name of a file"},
       {"\nlut = { \"532 nm\" = \"rising.txt\", \"450 nm\" = \"rising.txt\" }",
        "slm.toml:3: slm: lut has \"450 nm\", \"532 nm\", none within 1 nm of 638 nm; add one of "
        "\"638 nm\""},
