@@ -129,7 +129,8 @@ private:
     const bool asks_planes =
         scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty();
     if (scene_.sampling.mode == SamplingMode::aimed && meets_hologram(scene_, world_) &&
-        (!asks_planes || crosses_hologram(world_))) {
+        (crosses_hologram(world_) ||
+         (!asks_planes && !scene_.wrp.grid && key_of_wrps(scene_).empty()))) {
       if (asks_planes)
         throw InputError(one_line(scene_.file.string()) +
                          ": surfaces in the hologram's plane, or near it, are gathered at the "

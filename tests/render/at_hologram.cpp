@@ -116,6 +116,9 @@ TEST_CASE("scenes on one side are gathered at the hologram near it, but for mirr
     auto planes = stage.scene;
     planes.wrp.distances_m = {0.8 * z_m};
     CHECK(!make_plan(planes, stage.world).is_at_hologram());
+    planes.wrp.distances_m.clear();
+    planes.wrp.grid = glm::ivec2(1, 1);
+    CHECK(!make_plan(planes, stage.world).is_at_hologram());
     if (z_m < 0) continue;
     auto mirror = empty_stage();
     mirror.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}), {.reflectivity = 1});
