@@ -153,10 +153,8 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
-  if (adds_phases(plan)) {
-    needs.push_back({"added phases", 2 * pixels, planes});
-    all.host_bytes += 2 * area(plan.hologram.size);
-  }
+  needs.push_back({"added phases", 2 * pixels, planes});
+  if (adds_phases(plan)) all.host_bytes += 2 * area(plan.hologram.size);
   return all;
 }
 
