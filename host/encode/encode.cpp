@@ -190,8 +190,9 @@ std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encode
                      std::to_string(field.ny) + " samples, the SLM " + std::to_string(size.x) +
                      " x " + std::to_string(size.y) + " pixels");
   // In strips of rows, so that memory for one is enough
+  constexpr std::size_t most_pixels = std::size_t{1} << 18;
   const auto strip_pixels = std::min<std::size_t>(
-      most_encoded_pixels, device.info().largest_buffer_bytes / sizeof(std::complex<float>));
+      most_pixels, device.info().largest_buffer_bytes / sizeof(std::complex<float>));
   const auto nx = static_cast<std::size_t>(size.x), ny = static_cast<std::size_t>(size.y);
   const auto rows = std::clamp<std::size_t>(strip_pixels / nx, 1, ny);
   const auto band = encoder.panel().slm().band;

@@ -55,9 +55,6 @@ inline constexpr int most_frames_together = 16;
 /// Buffers of levels: while one is copied to the host, the next field is encoded into another.
 inline constexpr std::size_t level_buffers = 2;
 
-/// Pixels of a field on the host that are encoded together, at most.
-inline constexpr std::uint64_t most_encoded_pixels = std::uint64_t{1} << 24;
-
 /// Samples whose light by parts of the window is made together.
 inline constexpr std::size_t most_lit_together = 1 << 16;
 

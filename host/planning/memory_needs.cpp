@@ -150,19 +150,11 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
     needs.push_back({"fields of a WRP", 8 * size(together) * size(plan.gathered_pixels()), planes});
   if (!encodes_transforms(plan, use.keep_field))
     needs.push_back({"field at the hologram", 8 * pixels, planes});
-  if (encodes_whole(plan) && !plan.refine) {
-    const auto strip = std::min(most_encoded_pixels, area(plan.hologram.size));
-    needs.push_back({"hologram field", 8 * strip, planes});
-    needs.push_back({"hologram levels", strip, planes});
-  } else {
-    const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
-    for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
-      needs.push_back({"hologram levels", pixels, planes});
-  }
-  if (adds_phases(plan)) {
-    needs.push_back({"added phases", 2 * pixels, planes});
-    all.host_bytes += 2 * area(plan.hologram.size);
-  }
+  const auto pictures = size(plan.hologram.frames) * plan.tiling.tiles.size();
+  for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
+    needs.push_back({"hologram levels", pixels, planes});
+  needs.push_back({"added phases", 2 * pixels, planes});
+  if (adds_phases(plan)) all.host_bytes += 2 * area(plan.hologram.size);
   return all;
 }
 

@@ -154,7 +154,10 @@ TEST_CASE(
   // Phases beyond the span s go to the nearer end: s + sin(pi (1 - s)) / pi, squared
   const double span = 0.6, sum = span + std::sin(std::numbers::pi * (1 - span)) / std::numbers::pi;
   CHECK(warns(with({"slm.levels_per_turn=425"}), "slm.levels_per_turn: " + says(sum * sum)));
-  CHECK(warns(with({"slm.lut=[[0, 0], [255, 0.6]]"}), "slm.lut: " + says(sum * sum)));
+  std::string lut;
+  for (int level = 0; level < 256; ++level)
+    lut += (level > 0 ? ", " : "") + number_text(level * span / 255);
+  CHECK(warns(with({"slm.lut=[" + lut + "]"}), "slm.lut: " + says(sum * sum)));
 }
 
 TEST_CASE("a plan warns of a real image that reaches behind the viewer's eye, and by how much") {

@@ -18,8 +18,8 @@ std::uint64_t area(glm::ivec2 sides) {
 }
 
 /// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
-/// most: those of a tile's WRPs, which come back in their place. What is more than two padded planes
-/// waits as a sum.
+/// most: those of a tile's WRPs, which come back in their place. What is more than two padded
+/// planes waits as a sum.
 std::uint64_t host_transform_bytes(const SpectrumWrps& wrps, const Plan& plan) {
   std::uint64_t most = 0;
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile) {
