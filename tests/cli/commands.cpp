@@ -69,6 +69,37 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("--pupil looks through pupils, each in a picture of its own, and behind an eyepiece") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  const auto pictures = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> arguments{
+        "reconstruct", desk.out("field.npy").string(), "-z", "10mm", "-o", desk.file("views"),
+        "--json"};
+    arguments.insert(arguments.end(), more.begin(), more.end());
+    const auto seen = desk.run(arguments);
+    INFO(seen.err);
+    REQUIRE(seen.code == 0);
+    return Json::parse(seen.out).at("pictures");
+  };
+  CHECK_FALSE(pictures({}).at(0).contains("pupil"));
+  CHECK_FALSE(pictures({"--eyepiece", "50mm", "--pupil", "none"}).at(0).contains("pupil"));
+  CHECK_FALSE(pictures({"--eyepiece", "50mm", "--view", "0.5,0"}).at(0).contains("pupil"));
+  CHECK(pictures({"--eyepiece", "50mm"}).at(0).at("pupil").at("diameter_m") == 4e-3);
+  const auto two = pictures({"--pupil", "3mm@1mm,0", "--pupil", "scene"});
+  REQUIRE(two.size() == 2);
+  // Pictures are seen by the viewer, who has -x at the right
+  CHECK(two.at(0).at("pupil").at("position_m").at(0) == -1e-3);
+  CHECK(two.at(1).at("pupil").at("position_m").at(0) == 0.0);
+  CHECK(std::filesystem::exists(desk.file("views/reconstruction_10mm_eye2.exr")));
+  for (const auto& [pupil, says] : {std::pair("3", "a unit is needed, as in 3mm"),
+                                    {"3mm@1mm", "two values"},
+                                    {"0mm", "must be > 0"}})
+    check_refused(desk.run({"reconstruct", desk.out("field.npy").string(), "-z", "10mm", "--pupil",
+                            pupil, "-o", desk.file("views")}),
+                  2, says);
+}
+
 TEST_CASE("a texture that is no picture is named, with what would be read") {
   Desk desk;
   desk.folder().write("notes.md", "# No picture\n");
