@@ -476,8 +476,7 @@ double PicturePrediction::sure_db() const {
   if (refined) return mean_psnr_db - 2.5;
   // Mean square of what the model leaves out, such as highlights smaller than cells
   constexpr double left_out = 1e-4;
-  return std::min(mean_psnr_db - 1,
-                  -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
+  return std::min(mean_psnr_db - 1, -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
 }
 
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,

@@ -134,15 +134,18 @@ std::uint64_t primary_rays(const Plan& plan) {
   }
   double rays = 0;
   for (const auto& layer : plan.layers) {
-    const double narrowed = layer.distance_m == 0
-                                ? 1
-                                : narrowing(layer.distance_m, (layer.min_m.z + layer.max_m.z) / 2);
     double of_layer = static_cast<double>(plan.lattice.size.x) * plan.lattice.size.y /
                       static_cast<double>(plan.layers.size());
-    for (int axis = 0; axis < 2; ++axis)
-      of_layer *= std::max(
-          1.0, std::min(narrowed * (layer.distance_m != 0 ? plan.cone.half_width : 1.0), 1.0) *
-                   plan.hologram.size[axis]);
+    for (int axis = 0; axis < 2; ++axis) {
+      // Of the hologram: the cone, or what pixels can show of a sample's light
+      const double share =
+          layer.distance_m != 0
+              ? plan.cone.half_width *
+                    narrowing(layer.distance_m, (layer.min_m.z + layer.max_m.z) / 2)
+              : (std::abs(layer.min_m.z) + std::abs(layer.max_m.z)) *
+                    plan.hologram.largest_sine[axis] / plan.window_m()[axis];
+      of_layer *= std::max(1.0, std::min(share, 1.0) * plan.hologram.size[axis]);
+    }
     rays += of_layer;
   }
   return static_cast<std::uint64_t>(rays);
