@@ -106,6 +106,60 @@ DEVICE_TEST(
     check_sum(device, light, Method::points, {1e-3, 1.2e-3, 1.5e-3, 2e-3, 95e-3});
 }
 
+DEVICE_TEST("what reaches a small pupil behind an eyepiece is the sum of its plane waves") {
+  // Spots are 8 pixels wide
+  auto stage = empty_stage();
+  stage.scene.viewer.eyepiece_m = stage.scene.viewer.eyepiece_distance_m = 50e-3;
+  stage.scene.viewer.eye_relief_m = 50e-3;
+  stage.scene.viewer.pupil_m = 1e-3;
+  stage.add(rectangle({20e-6, -30e-6, 0.15e-3}, {30e-6, 0, 0}, {0, 30e-6, 0}));
+  const Rig rig(device, stage, Method::wrp, false);
+  REQUIRE(is_near_hologram(rig.plan));
+  const auto sine = rig.plan.hologram.largest_sine;
+  REQUIRE(sine.x == Catch::Approx(0.01));
+  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+  gatherer.draw_phases(1);
+  raywave::cl::ComplexBuffer buffer(
+      device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
+  gatherer.gather(rig.plan.wrps.at(0), buffer);
+  const auto field = buffer.read();
+  const auto what = reference::gathering(rig);
+  REQUIRE(!rig.samples.empty());
+  std::vector<Complex> sums(field.size());
+  for (std::size_t n = 0; n < rig.samples.size(); ++n) {
+    const auto p = place(rig.samples[n]) + rig.plan.extent.origin_m;
+    const double amplitude = reference::amplitude_towards(what, n, {0, 0, -1});
+    // Integrals over the sines of an axis, by the midpoint rule
+    const auto waves = [&](double away_m, double most) {
+      constexpr int steps = 400;
+      Complex sum = 0;
+      for (int i = 0; i < steps; ++i) {
+        const double s = most * ((2 * i + 1.0) / steps - 1);
+        sum += std::polar(
+            2 * most / steps / std::sqrt(1 - s * s),
+            2 * std::numbers::pi / wavelength_m * (s * away_m - p.z * (1 - std::sqrt(1 - s * s))));
+      }
+      return sum;
+    };
+    std::vector<Complex> across, down;
+    for (std::size_t x = 0; x < 160; ++x)
+      across.push_back(waves(reference::pixel_m(rig.plan, {0, 0, 0}, x).x - p.x, sine.x));
+    for (std::size_t y = 0; y < 128; ++y)
+      down.push_back(waves(reference::pixel_m(rig.plan, {0, 0, 0}, 160 * y).y - p.y, sine.y));
+    const auto wave = Complex(0, 1) / wavelength_m *
+                      std::polar(amplitude, 2 * std::numbers::pi * p.z / wavelength_m) *
+                      reference::phasor_of(what, n, 1);
+    for (std::size_t i = 0; i < sums.size(); ++i) sums[i] += wave * across[i % 160] * down[i / 160];
+  }
+  double difference = 0, energy = 0;
+  for (std::size_t i = 0; i < field.size(); ++i) {
+    difference += std::norm(Complex(field[i]) - sums[i]);
+    energy += std::norm(sums[i]);
+  }
+  INFO("relative L2 " << std::sqrt(difference / energy));
+  CHECK(std::sqrt(difference / energy) < 0.02);
+}
+
 TEST_CASE("scenes on one side are gathered at the hologram near it, but for mirrors and planes") {
   for (const double z_m : {-0.2e-3, -0.1e-3, 0.1e-3, 0.2e-3}) {
     auto stage = empty_stage();
