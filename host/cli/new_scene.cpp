@@ -102,6 +102,8 @@ std::string scene_text(const NewArguments& options, const std::string& sections,
   return text + "\n[sampling]\n" +
          entry("pitch = " + quoted(rounded(fit.pitch_m)),
                "distance of the points of light on surfaces: finer takes longer") +
+         "\n[trace]\n" +
+         entry("shadows = false", "true: objects keep light from each other, which takes longer") +
          "\n[[light]]\n" +
          entry("direction = [0.5, -0.6, 0.62]",
                "of its travel: from the viewer's side, right and above") +

@@ -72,7 +72,8 @@ void say_times(ProgressBar& bar, QualitySpec& spec) {
 }
 
 void print_table(const QualityResult& result, const QualitySpec& spec,
-                 const QualityArguments& options, const GoalCheck& check) {
+                 const QualityArguments& options, const ViewerSpec& viewer,
+                 const GoalCheck& check) {
   const auto& lasers = result.render.lasers;
   const bool is_colour = lasers.size() > 1;
   std::printf(
@@ -95,6 +96,9 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
     if (is_colour)
       std::printf("  %19.2f  %6.2f  %11s", row.figures.mean, row.figures.most_of_95,
                   field_text(row.field_figures.mean).c_str());
+    if (viewer.eyepiece_m)
+      std::printf("  %s D",
+                  number_text(std::round(1e3 * dioptres_of_depth(viewer, row.z_m)) / 1e3).c_str());
     if (row.pupil) std::printf("  %s", pupil_text(*row.pupil, options.frame.frame()).c_str());
     std::printf("\n");
   }
@@ -219,7 +223,7 @@ void run_quality(const QualityArguments& options) {
   write_text(out / "quality.json", json.dump(2) + "\n");
 
   if (options.report.prints_text()) {
-    print_table(result, spec, options, check);
+    print_table(result, spec, options, scenes[0].viewer, check);
     std::printf(
         "%s  %d x %d, seen %s, rows as in the table; columns: lens, hologram, difference%s; .json "
         "beside it\n",

@@ -321,6 +321,9 @@ void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
   if (pictures->stop > 0)
     out << "          " << number(100 * pictures->stop)
         << " % of the error is what the stop cuts off\n";
+  if (plan.slm.fill)
+    out << "          " << number(100 * pictures->fall_off)
+        << " % of the error is the fall-off of slm.fill\n";
   if (shows_amplitude(plan.slm.encoding))
     out << "          (haze as of double phase; that of " << name_of(plan.slm.encoding)
         << " is not predicted)\n";
@@ -456,7 +459,8 @@ Json json_of(const Prediction& prediction) {
                        {"dots", p->dots},
                        {"padding", p->padding},
                        {"encoding", p->encoding},
-                       {"stop", p->stop}}},
+                       {"stop", p->stop},
+                       {"fall_off", p->fall_off}}},
                      {"field", {{"mean_psnr_db", p->field_psnr_db}}}};
   const auto& light = prediction.slm_light;
   j["slm_light"] = {{"through_stop", light.through_stop},

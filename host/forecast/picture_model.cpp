@@ -200,8 +200,23 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
   return shown;
 }
 
-PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Plan& plan,
-                  const PictureWindow& window, double z_m, double blur_m, const Raster& steps) {
+/// The cells' radiance as pixels of slm.fill weaken it.
+Raster radiance_fallen(const FrontView& view, const Plan& plan) {
+  Raster fallen(view.radiance);
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                     static_cast<std::size_t>(x);
+      const double z_m = view.depth_m[i];
+      if (z_m != 0) fallen[i] *= static_cast<float>(fall_off(plan, view.place_m(x, y, z_m), z_m));
+    }
+  }
+  return fallen;
+}
+
+PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
+                  const Raster& radiance_fallen, const Plan& plan, const PictureWindow& window,
+                  double z_m, double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
   row.spot_m = limit_m(plan, z_m);
@@ -221,10 +236,16 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
     shown = lens_view(view, radiance_shown, plan, z_m);
     blur_gaussian(shown, view.size, blur_m / side_m);
   }
+  auto fallen = lens;
+  if (radiance_fallen != view.radiance) {
+    fallen = lens_view(view, radiance_fallen, plan, z_m);
+    blur_gaussian(fallen, view.size, blur_m / side_m);
+  }
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
              size_m = high_m - low_m;
-  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, before_blur = 0, edges = 0, copies = 0;
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, before_blur = 0, edges = 0,
+         copies = 0;
   // Light of copies around the corners of the band, where the checkerboard throws it
   const auto corner_m = std::abs(z_m) * plan.hologram.largest_sine;
   const auto copied = [&](glm::dvec2 place_m) {
@@ -246,12 +267,14 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
         continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
-      const double l = lens[i], s = shown[i];
+      const double l = lens[i], s = shown[i], f = fallen[i];
       peak = std::max(peak, l);
       light += l;
       ll += l * l;
       ls += l * s;
       ss += s * s;
+      lf += l * f;
+      ff += f * f;
       before_blur += double{sharp[i]} * double{sharp[i]};
       edges += double{steps[i]};
     }
@@ -268,6 +291,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown, const Pla
   row.light = ll * unit;
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
+  row.fallen = ff > 0 ? std::max(0.0, ll - lf * lf / ff) * unit : row.light;
   row.copies = copies / (looks * looks * peak * peak);
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
   return row;
@@ -438,11 +462,11 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
     }
   }
-  const auto shown = radiance_shown(view, plan);
+  const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan);
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))
-    model.rows.push_back(row_of(view, shown, plan, model.window, z_m, blur_m, steps));
+    model.rows.push_back(row_of(view, shown, fallen, plan, model.window, z_m, blur_m, steps));
   return model;
 }
 
@@ -516,6 +540,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double refined_factor =
         std::pow(model.refined_depths / 6.0, refined_by_depths) /
         (std::pow(frames, refined_by_frames) * std::pow(model.refined_rounds, refined_by_rounds));
+    // Refinement knows it, and mends half (tests/refine/showing.cpp)
+    const double fallen_here = row.fallen * (prediction.refined ? 0.5 : 1);
     const double stop_here = stop_factor * row.light * model.stopped;
     const bool is_refined = model.refined_depths > 0;
     prediction.field_psnr_db += decibels(field) / rows;
@@ -529,10 +555,11 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
         is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
     const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
     prediction.psnr_db.push_back(
-        decibels(of_phases + missing_here + at_edges + of_samples + stop_here));
+        decibels(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));
     prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
     prediction.encoding += of_phases;
     prediction.stop += stop_here;
+    prediction.fall_off += fallen_here;
     prediction.edges += at_edges;
     prediction.missing += missing_here;
     if (is_refined) continue;
@@ -541,10 +568,11 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     prediction.padding += padding_here;
   }
   const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
-                     prediction.padding + prediction.encoding + prediction.stop;
+                     prediction.padding + prediction.encoding + prediction.stop +
+                     prediction.fall_off;
   for (double* part :
        {&prediction.dots, &prediction.speckle, &prediction.edges, &prediction.missing,
-        &prediction.padding, &prediction.encoding, &prediction.stop})
+        &prediction.padding, &prediction.encoding, &prediction.stop, &prediction.fall_off})
     *part /= std::max(all, 1e-300);
   return prediction;
 }

@@ -28,6 +28,7 @@ struct PictureRow {
   // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
   // planes
   double missing = 0;
+  double fallen = 0;   // mean square of what pixels of slm.fill leave uneven
   double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
   double copies = 0;   // mean square of copies of the picture around the corners of the SLM's band
   // Length of the edges of front surfaces and textures, times the square of their step, over the
@@ -85,7 +86,8 @@ struct PicturePrediction {
   bool dark = false;  // no light is seen: nothing can be said of the pictures
   // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`
   // is what they leave of the light
-  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0;
+  double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0,
+         fall_off = 0;
 
   /// Pictures are hardly ever measured below this.
   double sure_db() const;

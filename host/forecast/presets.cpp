@@ -170,7 +170,9 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
   const auto& scene = planned.scene;
   const auto& plan = planned.plan;
   const bool is_refined = pictures.refined;
-  const std::array<std::pair<double, std::string>, 7> parts{{
+  const std::array<std::pair<double, std::string>, 8> parts{{
+      {pictures.fall_off,
+       "the fall-off of slm.fill: a scene nearer to the axis, or less slm.carrier or slm.shift"},
       {pictures.stop, "what slm.stop cuts off: a wider one, or a scene nearer to the axis"},
       {pictures.missing,
        "light that the pixels cannot show: bring the scene closer to the axis or farther away"},

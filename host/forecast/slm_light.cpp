@@ -174,7 +174,6 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
   }
   if (slm.fill) {
     const auto fill = *slm.fill;
-    const auto carrier = carrier_of(slm, hologram.pitch_m, hologram.wavelength_m);
     light.in_order = fill.x * fill.y * fill.x * fill.y;
     for (int y = 0; y < view.size.y; ++y) {
       for (int x = 0; x < view.size.x; ++x) {
@@ -182,12 +181,7 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
             view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                          static_cast<std::size_t>(x)];
         if (z_m == 0) continue;
-        const auto at_m = view.place_m(x, y, z_m);
-        double share = 1;
-        for (int axis = 0; axis < 2; ++axis)
-          share *= std::pow(
-              sinc(fill[axis] * (frequency_at(plan, axis, at_m[axis], z_m, 0) + carrier[axis])), 2);
-        light.at_edge = std::min(light.at_edge, share);
+        light.at_edge = std::min(light.at_edge, fall_off(plan, view.place_m(x, y, z_m), z_m));
       }
     }
   }
@@ -196,6 +190,17 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
 }
 
 }  // namespace
+
+double fall_off(const Plan& plan, glm::dvec2 at_m, double z_m) {
+  if (!plan.slm.fill) return 1;
+  const auto carrier = carrier_of(plan.slm, plan.hologram.pitch_m, plan.hologram.wavelength_m);
+  double share = 1;
+  for (int axis = 0; axis < 2; ++axis)
+    share *= std::pow(sinc((*plan.slm.fill)[axis] *
+                           (frequency_at(plan, axis, at_m[axis], z_m, 0) + carrier[axis])),
+                      2);
+  return share;
+}
 
 SourceBlur source_blur(const SourceSpread& source, glm::dvec2 window_m, double wavelength_m,
                        double z_m) {

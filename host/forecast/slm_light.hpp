@@ -50,6 +50,10 @@ struct SlmLight {
   SourceBlur source;  // at z_m
 };
 
+/// Share of what pixels of slm.fill send in the picture's order that reaches a place of the scene:
+/// sinc^2 of its direction, beside the carrier's; 1 without slm.fill.
+double fall_off(const Plan& plan, glm::dvec2 at_m, double z_m);
+
 inline constexpr double most_lost_beside = 0.25;
 
 /// wavelengths_m  of all lasers that `open_stop` and `beside_m` serve; the plan's when there are

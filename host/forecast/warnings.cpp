@@ -157,12 +157,16 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     for (const auto& warning : eye_warnings(scene, plan, *eye)) warn(warning);
   } else if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
-      warn(percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
-           degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
-           " degrees off the axis: bring the scene closer to the axis, give a smaller "
-           "hologram.pitch, or move it " +
-           length_text(std::ceil(light.farther_m * 1e3) / 1e3) +
-           " farther away, where all of the hologram shows it");
+      warn(
+          percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
+          degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
+          " degrees off the axis: bring the scene closer to the axis, give a smaller "
+          "hologram.pitch, or move it " +
+          length_text(std::ceil(light.farther_m * 1e3) / 1e3) +
+          " farther away, where all of the hologram shows it" +
+          (plan.extent.near_m - light.farther_m < -scene.viewer.distance_m && plan.extent.near_m < 0
+               ? ", and viewer.distance beyond it"
+               : ""));
     if (const double lost = (light.within_pixels - light.within_planes) / light.all;
         lost > least_loss)
       warn(percent_text(lost) +
@@ -186,6 +190,17 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
          " of the light into the picture; the rest makes a twin picture and haze, which the "
          "predicted PSNR leaves out");
   }
+  std::string left_out;
+  const auto leave_out = [&](bool is_given, const char* key) {
+    if (is_given) left_out += (left_out.empty() ? "" : ", ") + std::string(key);
+  };
+  const auto& illumination = plan.slm.illumination;
+  leave_out(!illumination.profile.is_even(), "illumination.profile");
+  leave_out(illumination.source_size > 0, "illumination.source_size");
+  leave_out(illumination.bandwidth_m > 0, "illumination.bandwidth");
+  leave_out(plan.slm.undiffracted > 0, "slm.undiffracted");
+  leave_out(plan.slm.crosstalk.any(), "slm.crosstalk");
+  if (!left_out.empty()) warn("the predicted PSNR leaves out " + left_out);
   if (const auto& viewer = scene.viewer;
       !viewer.eyepiece_m && plan.extent.near_m < -viewer.distance_m)
     warn("the picture reaches to " + length_text(plan.extent.near_m) +

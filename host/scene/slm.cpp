@@ -184,13 +184,15 @@ double wanted_share_of_levels(const SlmSpec& slm) {
   const bool is_even = slm.levels < grey_levels_of(slm);
   constexpr int phases = 720;
   std::complex<double> sum = 0;
+  double left = 0;  // of the light
   for (int i = 0; i < phases; ++i) {
     const double turns = (i + 0.5) / phases,
                  wanted = is_even ? std::round(turns * slm.levels) / slm.levels : turns;
-    sum += values.state(values.nearest_to_phase(wanted)) *
-           std::polar(1.0, -2 * std::numbers::pi * turns);
+    const auto state = values.state(values.nearest_to_phase(wanted));
+    sum += state * std::polar(1.0, -2 * std::numbers::pi * turns);
+    left += std::norm(state);
   }
-  return std::norm(sum / static_cast<double>(phases));
+  return left > 0 ? std::norm(sum) / (left * phases) : 0;
 }
 
 double make_monotone(std::vector<double>& values) {

@@ -58,6 +58,26 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("what the fall-off of pixels leaves of a picture aside is predicted within 2 dB") {
+  const auto device = test::all_devices().front();
+  const auto predicted_and_measured = [&](const std::string& fill) {
+    const auto scene =
+        unseen_scene("teapot.toml", {"object.0.width=2 mm", "slm.carrier=[0.25, 0]", fill});
+    const Goal goal{{}, {}, 25.0};
+    const auto world = build_world(scene);
+    const auto planned = plan_scenes({scene}, world, figures_of(device.info()), goal);
+    Rendered rendered{{render(device, planned[0].scene, world)}, {}, {}};
+    const auto check = check_goal(device, goal, planned, world, rendered, {});
+    return std::pair(check.value().predicted_db.value(), check->measured_db.value());
+  };
+  const auto [ideal_db, ideal_measured_db] = predicted_and_measured("slm.fill=none");
+  const auto [fallen_db, fallen_measured_db] = predicted_and_measured("slm.fill=0.9");
+  INFO("without " << ideal_db << " dB, measured " << ideal_measured_db << "; with " << fallen_db
+                  << " dB, measured " << fallen_measured_db);
+  CHECK(fallen_measured_db < ideal_measured_db - 1);
+  CHECK(fallen_measured_db == Catch::Approx(fallen_db).margin(2));
+}
+
 TEST_CASE("plans of several lasers give the same advice for each, and print it once") {
   const auto scenes = load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml");
   const auto world = build_world(scenes[0]);
