@@ -158,7 +158,7 @@ const T* data_of(const AnyArray& array, const char* name) {
   if (!is_of<T>(array))
     refuse(name, std::string("must be ") + name_of_type<T>() + ", got " +
                      dtype_name(array.dtype()) +
-                     (std::is_same_v<T, Complex> && is_of<std::uint8_t>(array)
+                     (std::is_same_v<T, std::complex<float>> && is_of<std::uint8_t>(array)
                           ? "; raywave.shown makes a field of levels"
                           : ""));
   return static_cast<const T*>(array.data());
