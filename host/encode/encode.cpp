@@ -75,11 +75,20 @@ void Encoder::show_up_to(std::optional<double> clip) {
 double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
   std::erase_if(amplitudes, [](float a) { return !std::isfinite(a); });
   if (amplitudes.empty()) return 1;
-  const double last = static_cast<double>(amplitudes.size() - 1);
-  const auto nth = amplitudes.begin() + std::lround(panel_->slm().clip * last);
-  std::nth_element(amplitudes.begin(), nth, amplitudes.end());
-  // Where most of the hologram is dark, its brightest pixel counts.
-  const double clip = *nth > 0 ? *nth : *std::max_element(nth, amplitudes.end());
+  // Where much of the hologram is dark, as of a picture near it, lit pixels count alone
+  constexpr float least_lit = 0.02f;
+  constexpr double much = 0.2;
+  const float dark = least_lit * *std::max_element(amplitudes.begin(), amplitudes.end());
+  const auto lit =
+      std::partition(amplitudes.begin(), amplitudes.end(), [dark](float a) { return a <= dark; });
+  const bool has_dark = static_cast<double>(lit - amplitudes.begin()) >
+                            much * static_cast<double>(amplitudes.size()) &&
+                        lit != amplitudes.end();
+  const auto first = has_dark ? lit : amplitudes.begin();
+  const auto last = static_cast<double>(amplitudes.end() - first - 1);
+  const auto nth = first + std::lround(panel_->slm().clip * last);
+  std::nth_element(first, nth, amplitudes.end());
+  const double clip = *nth;
   if (!(clip > 0)) return 1;
   own_clip_ = std::max(own_clip_, clip);
   return clip_of_all_.value_or(clip);

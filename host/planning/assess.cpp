@@ -168,7 +168,9 @@ bool crosses_hologram(const World& world) { return world.min_m.z <= 0 && world.m
 
 bool meets_hologram(const Scene& scene, const World& world) {
   const auto window_m = glm::dvec2(scene.hologram.resolution) * scene.hologram.pitch_m;
-  if (closest_m(world) >= near_hologram * std::max(window_m.x, window_m.y)) return false;
+  // Light to the pupil behind an eyepiece spreads little: scenes a hologram's side away are near
+  const double near = scene.viewer.eyepiece_m ? 1 : near_hologram;
+  if (closest_m(world) >= near * std::max(window_m.x, window_m.y)) return false;
   if (crosses_hologram(world)) return true;
   const bool has_bounces =
       scene.trace.depth != 0 &&

@@ -208,7 +208,7 @@ LevelValues values_of_levels(const SlmSpec& slm);
 /// What the light of another colour keeps of the phases that the SLM adds (SourceSpread).
 SourceSpread source_spread(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m);
 
-/// Share of the light that grey levels put into the wanted wave when all phases are wanted alike:
+/// Share of the light of grey levels that is in the wanted wave when all phases are wanted alike:
 /// sinc^2(1 / n) of n levels evenly spread. The rest makes twin pictures and haze. 1 where levels
 /// show amplitudes.
 double wanted_share_of_levels(const SlmSpec& slm);
