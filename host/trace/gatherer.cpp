@@ -135,9 +135,9 @@ void Gatherer::add_footprints_at_hologram(device::GatherPlane& plane) const {
   plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
   plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
   // A spot is a pixel wide, less beside tilted light, and more where a part of the band is gathered
-  const auto spots_px = glm::max(plan_.hologram.wavelength_m / 2.0 / plan_.hologram.largest_sine /
-                                     plan_.hologram.pitch_m,
-                                 1.0);
+  const auto spots_px = glm::max(
+      plan_.hologram.wavelength_m / 2.0 / plan_.hologram.largest_sine / plan_.hologram.pitch_m,
+      1.0);
   const auto room = [this](double spot_px, int pixels) {
     return profile_room(static_cast<int>(
         std::min(std::ceil(2 * (PLANE_WAVE_WIDEST + 2) * spot_px) + 5, double(pixels))));
