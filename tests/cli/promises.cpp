@@ -87,7 +87,9 @@ TEST_CASE("plan states the memory that a render's process holds, within 1.25 of 
     const auto peak = static_cast<double>(run(render).peak_bytes);
     INFO(set[0] << ": " << peak << " bytes, " << predicted << " predicted");
     CHECK(predicted < 1.25 * peak);
-    CHECK(peak < 1.25 * predicted);
+#ifndef __SANITIZE_ADDRESS__
+    CHECK(peak < 1.25 * predicted);  // sanitizers keep what is freed
+#endif
   }
   CHECK_SAYS(desk.run({"plan", scene}).out, "on the device; render holds ",
              " of the host's memory at most");
