@@ -171,8 +171,8 @@ public:
     add_all(size, centre);
   }
   void add(const Illumination& light) {
-    const auto& [focus_m, sine, profile, source_size, bandwidth_m] = light;
-    add_all(focus_m, sine, profile.diameter_m, source_size, bandwidth_m);
+    const auto& [focus_m, sine, profile, source_size_rad, bandwidth_m] = light;
+    add_all(focus_m, sine, profile.diameter_m, source_size_rad, bandwidth_m);
     if (profile.picture) add(*profile.picture);
   }
   void add(const Lut& lut) {

@@ -14,13 +14,13 @@ namespace raywave {
 /// From which directions, and of which colours, light comes beside its middle: pictures add up what
 /// each of them shows.
 struct SourceSpread {
-  double size = 0;         // angular diameter, in rad, of an evenly bright disc
+  double size_rad = 0;     // angular diameter of an evenly bright disc
   double bandwidth_m = 0;  // full width at half maximum of a Gaussian spectrum
   // Turns that the SLM adds and a field leaves out, per metre from the middle and per square
   // metre. Light of another colour keeps 1 - wavelength / its own of them
   glm::dvec2 per_m{0, 0}, per_m2{0, 0};
 
-  bool any() const { return size > 0 || bandwidth_m > 0; }
+  bool any() const { return size_rad > 0 || bandwidth_m > 0; }
 };
 
 /// A stack of complex fields. One frame is stored with shape (ny, nx), more with (frames, ny, nx).

@@ -151,7 +151,8 @@ void Encoder::upload(const PixelWindow& window) {
   if (!panel_->added().empty())
     take(panel_->added(), added_, "added phases", [](std::uint16_t turns) { return turns; });
   if (knows_beam())
-    take(panel_->beam(), beam_, "light on pixels", [](float beam) { return 1 / beam; });
+    take(panel_->beam(), beam_, "light on pixels",
+         [](float beam) { return 1 / std::max(beam, 1e-6f); });
   window_ = window;
 }
 

@@ -36,7 +36,8 @@ public:
 
   /// True for encodings that show amplitudes.
   bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }
-  /// The amplitude that the share slm.clip of a hologram's pixels does not exceed, from at most
+  /// The amplitude that the share slm.clip of a hologram's pixels does not exceed (of the lit ones
+  /// where more than a fifth has less than 2 % of the largest amplitude), from at most
   /// 16,384 of them, or what show_up_to has set. 1 where the encoding does not need it, or the
   /// field is dark. Amplitudes are those over the beam's; `field` is then of the whole hologram.
   double clip_of(const TileField& field);

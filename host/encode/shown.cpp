@@ -32,10 +32,7 @@ std::vector<float> kept_in_band(int n, double size, double centre) {
 
 /// The transform of a pixel that shines over `width` of its pitch, in the order around the carrier.
 std::vector<float> kept_by_pixel(int n, double width, double carrier) {
-  return kept(n, carrier, [&](double away) {
-    const double t = std::numbers::pi * width * (carrier + away);
-    return width * (t == 0 ? 1 : std::sin(t) / t);
-  });
+  return kept(n, carrier, [&](double away) { return amplitude_of_pixel(width, carrier + away); });
 }
 
 /// Transforms each line, multiplies what is kept, and transforms back.

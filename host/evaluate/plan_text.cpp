@@ -87,7 +87,7 @@ void add_faults(const Plan& plan, const SlmLight& light, Rows& out) {
   if (slm.undiffracted > 0)
     out << "zero      " << number(100 * slm.undiffracted)
         << " % of the light stays in the zero order\n";
-  if (const auto& source = light.source; falling.source_size > 0 || falling.bandwidth_m > 0) {
+  if (const auto& source = light.source; falling.source_size_rad > 0 || falling.bandwidth_m > 0) {
     out << "source    at " << mm(light.z_m);
     if (source.disc_m > 0)
       out << " its size spreads points over " << length_text(std::round(source.disc_m * 1e7) / 1e7);

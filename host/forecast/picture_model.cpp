@@ -179,39 +179,39 @@ private:
   std::array<double, places + 1> sums_{};
 };
 
-/// The part of the cells' radiance that hologram and WRPs show.
-Raster radiance_shown(const FrontView& view, const Plan& plan) {
+/// The cells' radiance times what a place shows of it.
+///
+/// share  of a place x, y, z
+Raster radiance_times(const FrontView& view, const auto& share) {
   Raster shown(view.radiance);
-  const LightOfCone light(plan.cone);
-  const auto half = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x);
-      const double z = view.depth_m[i];
-      if (z == 0) continue;
-      const auto at = view.place_m(x, y, z);
-      for (int axis = 0; axis < 2; ++axis) {
-        const auto [low, high] = part_seen(plan, axis, at[axis], z);
-        shown[i] *= static_cast<float>(light.between(low / half[axis], high / half[axis]));
-      }
-    }
-  }
-  return shown;
-}
-
-/// The cells' radiance as pixels of slm.fill weaken it.
-Raster radiance_fallen(const FrontView& view, const Plan& plan) {
-  Raster fallen(view.radiance);
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
       const double z_m = view.depth_m[i];
-      if (z_m != 0) fallen[i] *= static_cast<float>(fall_off(plan, view.place_m(x, y, z_m), z_m));
+      if (z_m != 0) shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
     }
   }
-  return fallen;
+  return shown;
+}
+
+/// The part of the cells' radiance that hologram and WRPs show.
+Raster radiance_shown(const FrontView& view, const Plan& plan) {
+  const LightOfCone light(plan.cone);
+  const auto half = glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0;
+  return radiance_times(view, [&](glm::dvec2 at, double z) {
+    double share = 1;
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto [low, high] = part_seen(plan, axis, at[axis], z);
+      share *= light.between(low / half[axis], high / half[axis]);
+    }
+    return share;
+  });
+}
+
+/// The cells' radiance as pixels of slm.fill weaken it.
+Raster radiance_fallen(const FrontView& view, const Plan& plan) {
+  return radiance_times(view, [&](glm::dvec2 at, double z) { return fall_off(plan, at, z); });
 }
 
 PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
@@ -231,16 +231,13 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
   auto lens = sharp;
   blur_gaussian(lens, view.size, blur_m / side_m);
-  auto shown = lens;
-  if (radiance_shown != view.radiance) {
-    shown = lens_view(view, radiance_shown, plan, z_m);
-    blur_gaussian(shown, view.size, blur_m / side_m);
-  }
-  auto fallen = lens;
-  if (radiance_fallen != view.radiance) {
-    fallen = lens_view(view, radiance_fallen, plan, z_m);
-    blur_gaussian(fallen, view.size, blur_m / side_m);
-  }
+  const auto picture_of = [&](const Raster& radiance) {
+    if (radiance == view.radiance) return lens;
+    auto picture = lens_view(view, radiance, plan, z_m);
+    blur_gaussian(picture, view.size, blur_m / side_m);
+    return picture;
+  };
+  const auto shown = picture_of(radiance_shown), fallen = picture_of(radiance_fallen);
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
              size_m = high_m - low_m;

@@ -195,10 +195,11 @@ double fall_off(const Plan& plan, glm::dvec2 at_m, double z_m) {
   if (!plan.slm.fill) return 1;
   const auto carrier = carrier_of(plan.slm, plan.hologram.pitch_m, plan.hologram.wavelength_m);
   double share = 1;
-  for (int axis = 0; axis < 2; ++axis)
-    share *= std::pow(sinc((*plan.slm.fill)[axis] *
-                           (frequency_at(plan, axis, at_m[axis], z_m, 0) + carrier[axis])),
-                      2);
+  for (int axis = 0; axis < 2; ++axis) {
+    const double fill = (*plan.slm.fill)[axis],
+                 cycles = frequency_at(plan, axis, at_m[axis], z_m, 0) + carrier[axis];
+    share *= std::pow(amplitude_of_pixel(fill, cycles) / fill, 2);
+  }
   return share;
 }
 
@@ -208,8 +209,8 @@ SourceBlur source_blur(const SourceSpread& source, glm::dvec2 window_m, double w
   const double away_m = std::abs(z_m);
   if (!source.any() || !(away_m > 0)) return blur;
   double variance = 1;
-  if (source.size > 0) {
-    blur.disc_m = source.size * away_m;
+  if (source.size_rad > 0) {
+    blur.disc_m = source.size_rad * away_m;
     variance *= variance_under_disc(blur.disc_m * window_m / (wavelength_m * away_m));
   }
   if (source.bandwidth_m > 0) {

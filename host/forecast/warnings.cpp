@@ -196,7 +196,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   };
   const auto& illumination = plan.slm.illumination;
   leave_out(!illumination.profile.is_even(), "illumination.profile");
-  leave_out(illumination.source_size > 0, "illumination.source_size");
+  leave_out(illumination.source_size_rad > 0, "illumination.source_size");
   leave_out(illumination.bandwidth_m > 0, "illumination.bandwidth");
   leave_out(plan.slm.undiffracted > 0, "slm.undiffracted");
   leave_out(plan.slm.crosstalk.any(), "slm.crosstalk");

@@ -169,15 +169,13 @@ bool crosses_hologram(const World& world) { return world.min_m.z <= 0 && world.m
 bool meets_hologram(const Scene& scene, const World& world) {
   const auto window_m = glm::dvec2(scene.hologram.resolution) * scene.hologram.pitch_m;
   // Light to the pupil behind an eyepiece spreads little: scenes a hologram's side away are near
-  const double near = scene.viewer.eyepiece_m ? 1 : near_hologram;
-  if (closest_m(world) >= near * std::max(window_m.x, window_m.y)) return false;
+  const double share = scene.viewer.eyepiece_m ? 1 : near_hologram;
+  if (closest_m(world) >= share * std::max(window_m.x, window_m.y)) return false;
   if (crosses_hologram(world)) return true;
   const bool has_bounces =
       scene.trace.depth != 0 &&
       lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
-  const bool is_asked_otherwise =
-      scene.wrp.propagation != WrpPropagation::automatic || !scene.wrp.distances_m.empty();
-  return !has_bounces && !scene.refine && !is_asked_otherwise;
+  return !has_bounces && !scene.refine;
 }
 
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,

@@ -7,7 +7,6 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
-#include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -173,7 +172,7 @@ std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
 glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
   const auto& source = optics.showing.source;
   if (!source.any()) return glm::dvec2(optics.blur_m);
-  const double disc_m = source.size / 4 * grid.z_m,
+  const double disc_m = source.size_rad / 4 * grid.z_m,
                change =
                    source.bandwidth_m / (2 * std::sqrt(2 * std::log(2.0))) / optics.wavelength_m;
   const auto open_m = glm::dvec2(grid.open.size) * optics.pitch_m,
@@ -201,8 +200,7 @@ std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, 
       const double cycles =
           pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
       if (std::abs(cycles) > 0.5) continue;
-      const double t = std::numbers::pi * fill * (cycles + optics.showing.carrier[axis]),
-                   amplitude = fill * (t == 0 ? 1 : std::sin(t) / t);
+      const double amplitude = amplitude_of_pixel(fill, cycles + optics.showing.carrier[axis]);
       sum += amplitude * amplitude;
       count += 1;
     }

@@ -385,7 +385,7 @@ Illumination read_illumination(Section section, Illumination light) {
     light.profile = v.is("even") ? BeamProfile{} : profile_of(v);
   });
   section.read("source_size",
-               [&](const Value& v) { light.source_size = 1e-3 * v.number(between(0, 100)); });
+               [&](const Value& v) { light.source_size_rad = 1e-3 * v.number(between(0, 100)); });
   section.read("bandwidth",
                [&](const Value& v) { light.bandwidth_m = v.length_m(between(0, 1e-7)); });
   section.finish();

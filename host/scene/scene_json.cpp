@@ -52,7 +52,7 @@ Json json_of(const SlmSpec& slm) {
       told_light["profile"] = std::filesystem::absolute(light.profile.file).string();
     else if (!light.profile.is_even())
       told_light["profile_m"] = told(light.profile.diameter_m);
-    if (light.source_size > 0) told_light["source_size_mrad"] = 1e3 * light.source_size;
+    if (light.source_size_rad > 0) told_light["source_size_mrad"] = 1e3 * light.source_size_rad;
     if (light.bandwidth_m > 0) told_light["bandwidth_m"] = light.bandwidth_m;
   }
   if (!slm.flatness.picture.pixels.empty())
@@ -96,7 +96,7 @@ SlmSpec slm_of_json(const Json& json, const std::filesystem::path& report) {
     auto& profile = slm.illumination.profile;
     if (light.contains("profile")) profile.file = light.at("profile").get<std::string>();
     if (light.contains("profile_m")) profile.diameter_m = pair_of(light.at("profile_m"));
-    slm.illumination.source_size = 1e-3 * light.value("source_size_mrad", 0.0);
+    slm.illumination.source_size_rad = 1e-3 * light.value("source_size_mrad", 0.0);
     slm.illumination.bandwidth_m = light.value("bandwidth_m", 0.0);
   }
   if (json.contains("stop"))

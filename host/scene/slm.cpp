@@ -278,6 +278,11 @@ std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
   return amplitudes;
 }
 
+double amplitude_of_pixel(double fill, double cycles_per_pixel) {
+  const double t = std::numbers::pi * fill * cycles_per_pixel;
+  return fill * (t == 0 ? 1 : std::sin(t) / t);
+}
+
 Crosstalk kernel_of(const Crosstalk& crosstalk, glm::dvec2 pitch_m) {
   if (!(crosstalk.sigma_m > 0)) return crosstalk;
   // What pixels are told is a step function, whose blur is looked at in the middle of a pixel
@@ -305,7 +310,7 @@ Crosstalk kernel_of(const Crosstalk& crosstalk, glm::dvec2 pitch_m) {
 
 SourceSpread source_spread(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m) {
   const auto& light = slm.illumination;
-  SourceSpread spread{light.source_size, light.bandwidth_m, {}, {}};
+  SourceSpread spread{light.source_size_rad, light.bandwidth_m, {}, {}};
   if (!(spread.bandwidth_m > 0)) return spread;
   spread.per_m = carrier_of(slm, pitch_m, wavelength_m) / pitch_m +
                  own_carrier_of(slm.encoding) / pitch_m - light.sine / wavelength_m;

@@ -115,6 +115,10 @@ struct BeamProfile {
 std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
                                  glm::dvec2 pitch_m);
 
+/// Amplitude that a pixel which shines over the share `fill` of its pitch sends into a direction, over
+/// that of a point, along one axis.
+double amplitude_of_pixel(double fill, double cycles_per_pixel);
+
 /// The light that falls onto the SLM, section [illumination].
 struct Illumination {
   // Where it converges, before the hologram on the eye's side; < 0: it diverges from a point
@@ -123,8 +127,8 @@ struct Illumination {
   // Sines of its middle ray's direction: > 0 towards +x, +y
   glm::dvec2 sine{0, 0};
   BeamProfile profile{};
-  double source_size = 0;  // angular diameter, in rad, of an evenly bright disc
-  double bandwidth_m = 0;  // full width at half maximum of a Gaussian spectrum
+  double source_size_rad = 0;  // angular diameter of an evenly bright disc
+  double bandwidth_m = 0;      // full width at half maximum of a Gaussian spectrum
 
   /// Its middle is one plane wave along the axis.
   bool is_plane() const { return !focus_m && sine == glm::dvec2(0); }

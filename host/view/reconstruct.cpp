@@ -274,7 +274,7 @@ Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldS
   const auto window = picture_size(what.window_m, spec.resolution, spec.pitch_m);
   // A direction moves the picture by its tangent times the distance: light comes from beyond the
   // window, too
-  const auto radius_px = source.size / 2 * std::abs(what.z_m) / spec.pitch_m;
+  const auto radius_px = source.size_rad / 2 * std::abs(what.z_m) / spec.pitch_m;
   const auto beyond = glm::ivec2(glm::ceil(radius_px));
   const auto colours = colours_of(source, spec, what, window);
   Image picture;

@@ -355,6 +355,32 @@ DEVICE_TEST("the clip is the amplitude that the given share of pixels stays belo
   }
 }
 
+DEVICE_TEST("of holograms that are dark in large parts, lit pixels alone count for the clip") {
+  Field field(300 * 200, {1e-3f, 0});
+  for (std::size_t i = 0; i < 300 * 50; ++i)
+    field[i] = {0.1f + static_cast<float>(i % 1000) / 1000, 0};
+  auto slm = by_phase();
+  slm.encoding = Encoding::double_phase;
+  slm.clip = 0.5;
+  Encoder encoder(device, panel_of(slm, {300, 200}));
+  CHECK(encoder.clip_of(field) == Catch::Approx(0.6).margin(0.005));
+}
+
+DEVICE_TEST("pixels that no light falls onto are told what dark ones are") {
+  const Field field(64, {0, 0});
+  auto slm = by_phase();
+  slm.encoding = Encoding::double_phase;
+  const auto levels = [&] {
+    Encoder encoder(device, panel_of(slm, {64, 1}));
+    return encoder.levels_of(cl::ComplexBuffer(device, field, "field"), {{0, 0}, {64, 1}}, 1)
+        .read();
+  };
+  const auto dark = levels();
+  slm.illumination.profile.picture =
+      std::make_shared<const Image>(Image{4, 1, {0.0f, 0.0f, 1.0f, 1.0f}});
+  CHECK(levels() == dark);
+}
+
 /// A smooth field: a few plane waves of low frequency.
 Field smooth_field(glm::ivec2 size) {
   Field field;

@@ -193,7 +193,7 @@ TEST_CASE("[illumination] is read from scenes and from files of an SLM") {
   const auto beam =
       slm_with("profile = [\"6 mm\", 4e-3]\nsource_size = 0.5\nbandwidth = \"2 nm\"").illumination;
   CHECK(beam.profile.diameter_m == dvec2(6e-3, 4e-3));
-  CHECK(beam.source_size == 0.5e-3);
+  CHECK(beam.source_size_rad == 0.5e-3);
   CHECK(beam.bandwidth_m == 2e-9);
   CHECK(slm_with("profile = \"even\"").illumination == Illumination{});
   CHECK(slm_with("profile = \"6 mm\"").illumination.profile.diameter_m == dvec2(6e-3));

@@ -37,7 +37,7 @@ TEST_CASE("an SLM comes back from its report as it was, whatever it is") {
   slm.undiffracted = 0.02;
   slm.crosstalk = {0, {3, 1}, {0.25, 0.5, 0.25}};
   slm.illumination.profile.diameter_m = {6e-3, 4e-3};
-  slm.illumination.source_size = 0.3e-3;
+  slm.illumination.source_size_rad = 0.3e-3;
   slm.illumination.bandwidth_m = 2e-9;
   // Each report that names a flatness picture has it read again, by another process.
   const auto flatness = std::exchange(slm.flatness, {});

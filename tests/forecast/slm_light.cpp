@@ -230,7 +230,7 @@ TEST_CASE("a plan says what beam, fill and source do to a scene, by closed forms
   // The hologram is 4 mm x 2 mm, light 500 nm, the square 2 mm wide and 100 mm away, 5 mm off
   slm.illumination.profile.diameter_m = {4 * mm, 4 * mm};
   slm.fill = glm::dvec2(0.9, 0.8);
-  slm.illumination.source_size = 0.5e-3;
+  slm.illumination.source_size_rad = 0.5e-3;
   slm.illumination.bandwidth_m = 2e-9;
   const auto p = planned(slm, {4 * mm, 0});
   const auto& light = p.prediction.slm_light;
@@ -272,9 +272,9 @@ DEVICE_TEST(
   };
   const auto window_m = glm::dvec2(320, 256) * 4.0 * um;
   const double laser = contrast({});
-  for (const auto& source :
-       {SourceSpread{.size = 1e-3}, SourceSpread{.size = 3e-3}, SourceSpread{.bandwidth_m = 20e-9},
-        SourceSpread{.bandwidth_m = 5e-9, .per_m = {0.1 / (4 * um), 0}}}) {
+  for (const auto& source : {SourceSpread{.size_rad = 1e-3}, SourceSpread{.size_rad = 3e-3},
+                             SourceSpread{.bandwidth_m = 20e-9},
+                             SourceSpread{.bandwidth_m = 5e-9, .per_m = {0.1 / (4 * um), 0}}}) {
     const double stated = source_blur(source, window_m, 500e-9, away_m).speckle;
     INFO(stated);
     CHECK(contrast(source) / laser == Approx(stated).epsilon(0.04));

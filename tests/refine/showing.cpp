@@ -71,7 +71,7 @@ DEVICE_TEST("refinement that knows the beam, the fill or the source is better wh
   slm.fill = glm::dvec2(0.95);
   check_better(device, "fill", slm, 2);
   slm = {};
-  slm.illumination.source_size = 4e-3;
+  slm.illumination.source_size_rad = 4e-3;
   check_better(device, "source size", slm, 8);
   slm = {};
   slm.illumination.bandwidth_m = 40e-9;

@@ -25,6 +25,16 @@ Stage empty_stage() {
   return stage;
 }
 
+/// The field of a rig's samples at the hologram.
+std::vector<std::complex<float>> gathered(const raywave::cl::Device& device, const Rig& rig) {
+  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
+  gatherer.draw_phases(1);
+  raywave::cl::ComplexBuffer buffer(
+      device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
+  gatherer.gather(rig.plan.wrps.at(0), buffer);
+  return buffer.read();
+}
+
 /// Gathers small squares at depths in a row at the hologram, and compares with the direct sum of
 /// their samples' waves.
 void check_sum(const raywave::cl::Device& device, const Illumination& light, Method method,
@@ -42,12 +52,7 @@ void check_sum(const raywave::cl::Device& device, const Illumination& light, Met
   for (const auto& s : rig.samples) ++found[rig.object_of(s)];
   for (const int count : found) REQUIRE(count > 0);
 
-  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
-  gatherer.draw_phases(1);
-  raywave::cl::ComplexBuffer buffer(
-      device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
-  gatherer.gather(rig.plan.wrps.at(0), buffer);
-  const auto field = buffer.read();
+  const auto field = gathered(device, rig);
   const auto what = reference::gathering(rig);
   double difference = 0, energy = 0;
   int pixels = 0, finite = 0, dark = 0;
@@ -117,12 +122,7 @@ DEVICE_TEST("what reaches a small pupil behind an eyepiece is the sum of its pla
   REQUIRE(is_near_hologram(rig.plan));
   const auto sine = rig.plan.hologram.largest_sine;
   REQUIRE(sine.x == Catch::Approx(0.01));
-  Gatherer gatherer(device, rig.plan, rig.arrays, rig.table, 1);
-  gatherer.draw_phases(1);
-  raywave::cl::ComplexBuffer buffer(
-      device, std::vector<std::complex<float>>(std::size_t{160} * 128, {7, 7}), "field");
-  gatherer.gather(rig.plan.wrps.at(0), buffer);
-  const auto field = buffer.read();
+  const auto field = gathered(device, rig);
   const auto what = reference::gathering(rig);
   REQUIRE(!rig.samples.empty());
   std::vector<Complex> sums(field.size());

@@ -66,7 +66,7 @@ constexpr double spot_m2 =
 DEVICE_TEST("a source's size spreads a point over a disc of that angle times the distance") {
   for (const double angle : {0.5e-3, 3e-3, 12e-3}) {
     const double radius_m = angle / 2 * z_m;
-    const auto field = beam({.size = angle});
+    const auto field = beam({.size_rad = angle});
     const auto image = reconstruct(device, host, field, hologram, {.z_m = z_m});
     const auto m = moments_of(image);
     for (const int axis : {0, 1})
@@ -86,7 +86,7 @@ DEVICE_TEST("a source's size spreads a point over a disc of that angle times the
 
 DEVICE_TEST("a picture by a disc of directions is the mean of the pictures of tilted light") {
   // Random phases under a beam: speckle
-  SourceSpread source{.size = 4e-3};
+  SourceSpread source{.size_rad = 4e-3};
   auto field = beam(source);
   std::mt19937 random(1);
   std::uniform_real_distribution<double> uniform(-1, 1);
@@ -105,7 +105,7 @@ DEVICE_TEST("a picture by a disc of directions is the mean of the pictures of ti
       for (int x = 0; x < field.nx; ++x)
         tilted.samples[static_cast<std::size_t>(y * field.nx + x)] *=
             std::complex<float>(std::polar(
-                1.0, 2 * pi * source.size / 2 / wavelength_m * (t.x * x - t.y * y) * pitch_m));
+                1.0, 2 * pi * source.size_rad / 2 / wavelength_m * (t.x * x - t.y * y) * pitch_m));
     const auto one = reconstruct(device, host, tilted, hologram, {.z_m = z_m});
     for (std::size_t k = 0; k < sum.size(); ++k) sum[k] += double{one.pixels[k]};
   }
