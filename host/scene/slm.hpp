@@ -115,8 +115,8 @@ struct BeamProfile {
 std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
                                  glm::dvec2 pitch_m);
 
-/// Amplitude that a pixel which shines over the share `fill` of its pitch sends into a direction, over
-/// that of a point, along one axis.
+/// Amplitude that a pixel which shines over the share `fill` of its pitch sends into a direction,
+/// over that of a point, along one axis.
 double amplitude_of_pixel(double fill, double cycles_per_pixel);
 
 /// The light that falls onto the SLM, section [illumination].
