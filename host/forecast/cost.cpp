@@ -52,7 +52,7 @@ constexpr double tile_width = 16, tile_pixels_high = 16;
 
 /// Cost of a plane-wave sample in pairs: per pixel of each frame, and per pixel of its width and
 /// height to make its profiles.
-constexpr double near_pixel = 0.05, profile_of_a_pixel = 7;
+constexpr double near_pixel = 0.18, profile_of_a_pixel = 7;
 
 /// Projecting a sample onto a WRP and finding it from the tiles, each frame, in pairs.
 constexpr double aim_of_a_sample = 29;
@@ -98,9 +98,8 @@ struct Crossing {
 Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at_m,
                   glm::dvec3 place_m, double first_m, double last_m) {
   const double z_m = place_m.z;
-  auto footprint = footprint_of(plan, axis, layer.distance_m, z_m);
-  if (is_near_hologram(plan))
-    footprint = {std::abs(z_m) * plan.hologram.largest_sine[axis], plan.hologram.pitch_m[axis]};
+  const auto footprint = is_near_hologram(plan) ? footprint_at_hologram(plan, axis, z_m)
+                                                : footprint_of(plan, axis, layer.distance_m, z_m);
   double low = std::max(at_m - footprint.reach_m(), first_m),
          high = std::min(at_m + footprint.reach_m(), last_m);
   if (plan.beyond_diffraction &&

@@ -6,6 +6,7 @@
 #include <string>
 #include <system_error>
 
+#include "cl/program.hpp"
 #include "host/common/cache.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/trace/device_scene.hpp"
@@ -27,9 +28,19 @@ std::string name_of_device(const DeviceFigures& device) {
   return "first-" + hash_name(std::string(version) + "\n" + device.key);
 }
 
+/// Changes with any kernel.
+const std::string& kernels_digest() {
+  static const std::string digest = [] {
+    std::string text;
+    for (const auto& [file, content] : cl::kernel_files()) text += content;
+    return hash_name(text);
+  }();
+  return digest;
+}
+
 /// Kernels are compiled for their options, and not all carriers have the same.
 std::string name_of_kernels(const Plan& plan, const DeviceFigures& device) {
-  std::string text = std::string(version) + "\n" + device.key + "\n" +
+  std::string text = kernels_digest() + "\n" + device.key + "\n" +
                      std::to_string(plan.carrier.index()) + std::string(name_of(device.fft));
   for (const auto& [option, value] : kernel_options(plan))
     text += "\n" + std::string(option.name) + "=" + value;

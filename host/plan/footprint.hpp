@@ -30,6 +30,10 @@ inline constexpr double default_plane_wave_spots = PLANE_WAVE_SPOTS;
 /// Tail of a footprint of plane waves, in spots to each side: the waves are cut off beyond.
 inline constexpr double plane_wave_tail = PLANE_WAVE_TAIL;
 
+/// The same on a plane at the hologram near surfaces (is_near_hologram): what is cut off there is
+/// lost.
+inline constexpr double near_hologram_tail = 16;
+
 /// Spots from the middle of a footprint of plane waves to its edge, at most.
 inline constexpr double widest_plane_wave_sample = PLANE_WAVE_WIDEST;
 
@@ -66,6 +70,7 @@ inline double half_width_of(double cone, double window_m, double distance_m, dou
 struct Footprint {
   double half_m = 0;  // geometric half width
   double spot_m = 0;  // width of the diffraction spot
+  double tail_spots = plane_wave_tail;
 
   /// The sample is gathered as plane waves.
   bool is_near(double plane_wave_spots = default_plane_wave_spots) const {
@@ -73,7 +78,7 @@ struct Footprint {
   }
   /// Half width with the tail that gathering keeps.
   double reach_m(double plane_wave_spots = default_plane_wave_spots) const {
-    return half_m + (is_near(plane_wave_spots) ? plane_wave_tail * spot_m : 0);
+    return half_m + (is_near(plane_wave_spots) ? tail_spots * spot_m : 0);
   }
 };
 
@@ -83,6 +88,18 @@ inline Footprint footprint_of(const Plan& plan, int axis, double distance_m, dou
   const double cone = plan.tiling.cone[axis], window_m = plan.tile_window_m()[axis];
   return {half_width_of(cone, window_m, distance_m, z_m),
           spot_of(plan.hologram.wavelength_m, z_m, cone, window_m)};
+}
+
+/// Spot of a sample at the hologram, of light up to the plan's largest sine: a pixel wide, less
+/// beside tilted light, and more where a part of the band is gathered.
+inline double spot_at_hologram_m(const Plan& plan, int axis) {
+  return plan.hologram.wavelength_m / 2 / plan.hologram.largest_sine[axis];
+}
+
+/// Footprint of a sample at depth z_m on a plane at the hologram near it.
+inline Footprint footprint_at_hologram(const Plan& plan, int axis, double z_m) {
+  return {std::abs(z_m) * plan.hologram.largest_sine[axis], spot_at_hologram_m(plan, axis),
+          near_hologram_tail};
 }
 
 }  // namespace raywave

@@ -245,9 +245,11 @@ public:
   /// Throws an InputError about the table as a whole.
   [[noreturn]] void fail(const std::string& what) const { throw InputError(where() + ": " + what); }
 
-  /// "scene.toml:41: object 0"
-  std::string where() const {
-    return document_.where(table_, path_) + (label_.empty() ? "" : ": " + label_);
+  /// "scene.toml:41: object 0"; "--set object.0.mesh=pot.ply: object 0" where that gave `key`.
+  std::string where(std::string_view key = "") const {
+    const bool is_given = document_.overrides.contains(join(key));
+    return document_.where(table_, is_given ? join(key) : path_) +
+           (label_.empty() ? "" : ": " + label_);
   }
 
   /// The table `key`, or an empty one.

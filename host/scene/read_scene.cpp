@@ -430,10 +430,12 @@ void keys_of(Object& object, const Keys& key, const HologramSpec& hologram,
 namespace {
 
 /// A light, material or object that messages find.
+///
+/// file  the key of the file that most of them are about
 template <class Spec>
-Spec placed(const Section& section) {
+Spec placed(const Section& section, std::string_view file) {
   Spec spec;
-  spec.where = section.where();
+  spec.where = section.where(file);
   return spec;
 }
 
@@ -464,15 +466,15 @@ Scene parse_laser(const SceneText& text, const std::vector<std::string>& overrid
   scene.given = given_keys(document.root);
   scene.digest = digest_of(document.root);
   for (Section& section : root.sections("light"))
-    scene.lights.push_back(read_keys(section, placed<Light>(section)));
+    scene.lights.push_back(read_keys(section, placed<Light>(section, "picture")));
   scene.materials.emplace_back();
   for (auto& [name, section] : root.section("materials").named_sections("material")) {
-    auto material = placed<Material>(section);
+    auto material = placed<Material>(section, "texture");
     material.name = name;
     scene.materials.push_back(read_keys(section, material, scene.hologram.wavelength_m));
   }
   for (Section& section : root.sections("object"))
-    scene.objects.push_back(read_keys(section, placed<Object>(section), scene.hologram,
+    scene.objects.push_back(read_keys(section, placed<Object>(section, "mesh"), scene.hologram,
                                       scene.viewer, scene.materials, text.needs_meshes));
   Section of_gltf = root.section("scene");
   Section animation = root.section("animation");

@@ -20,10 +20,6 @@ std::uint64_t profile_bytes(const cl::DeviceInfo& device) {
   return std::min({most_profile_bytes, device.largest_buffer_bytes / 2, device.memory_bytes / 16});
 }
 
-/// Tail of footprints of plane waves at the hologram, in spots to each side: what is cut off there
-/// is lost.
-constexpr double near_hologram_tail = 16;
-
 /// At the hologram hidden parts are smoothed as over virtual planes, which are compared with it.
 cl::Options options_of(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                        const SampleTable& table, int frames, int tile_rows) {
@@ -134,16 +130,14 @@ void Gatherer::add_footprints_at_hologram(device::GatherPlane& plane) const {
   if (!is_near_hologram(plan_)) return;
   plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
   plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
-  // A spot is a pixel wide, less beside tilted light, and more where a part of the band is gathered
-  const auto spots_px = glm::max(
-      plan_.hologram.wavelength_m / 2.0 / plan_.hologram.largest_sine / plan_.hologram.pitch_m,
-      1.0);
-  const auto room = [this](double spot_px, int pixels) {
+  const auto room = [this](int axis, int pixels) {
+    const double spot_px =
+        std::max(spot_at_hologram_m(plan_, axis) / plan_.hologram.pitch_m[axis], 1.0);
     return profile_room(static_cast<int>(
         std::min(std::ceil(2 * (PLANE_WAVE_WIDEST + 2) * spot_px) + 5, double(pixels))));
   };
-  plane.room_x = room(spots_px.x, plane.nx);
-  plane.room_y = room(spots_px.y, plane.ny);
+  plane.room_x = room(0, plane.nx);
+  plane.room_y = room(1, plane.ny);
 }
 
 /// Footprints on a WRP off the hologram.
