@@ -102,6 +102,13 @@ TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
     CHECK(notes_of({sensible}).empty());
 }
 
+TEST_CASE("what is wrong within a mesh or texture names the override that gave the file") {
+  const Workshop workshop;
+  const auto scene = workshop.load(kScene, {"object.0.mesh=teapot.ply"});
+  CHECK(scene.objects[0].where == "--set object.0.mesh=teapot.ply: object 0");
+  CHECK(workshop.load(kScene, {}).objects[0].where.find("--set") == std::string::npos);
+}
+
 TEST_CASE("a wrong override is named in place of the line") {
   const Workshop workshop;
   const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
