@@ -8,6 +8,7 @@
 #include "host/api/state.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/points.hpp"
 #include "host/scene/scene_json.hpp"
 
 namespace raywave::v0 {
@@ -110,8 +111,9 @@ Mesh mesh_of(const MeshView& view) {
   };
   const auto vertices = view.vertices.size();
   if (vertices == 0) fail("vertices: there are none");
+  if (view.faces.empty() && view.radii.empty())
+    fail("faces: there are none; vertices that are points have radii");
   if (vertices > UINT32_MAX / 4) fail("vertices: there are more than raywave takes");
-  if (view.faces.empty()) fail("faces: there are none");
   if (view.faces.size() > INT32_MAX / 4) fail("faces: there are more than raywave takes");
   if (!view.uvs.empty() && view.uvs.size() != vertices)
     fail("uv: there are " + std::to_string(view.uvs.size()) + " for " + std::to_string(vertices) +
@@ -151,8 +153,16 @@ Mesh mesh_of(const MeshView& view) {
              ", there are " + std::to_string(vertices) + ", counted from 0");
     mesh.triangles.emplace_back(face[0], face[1], face[2]);
   }
+  if (!view.radii.empty() && (view.radii.size() != vertices || !view.faces.empty()))
+    fail("radii: belong to points, one each, without faces");
+  for (const double radius : view.radii)
+    if (!(radius >= 0 && radius <= largest_coordinate))
+      fail("radii: must be 0 or more, got " + number_text(radius));
   for (const auto& c : view.colours) mesh.colours.emplace_back(c[0], c[1], c[2], c[3]);
-  if (!view.colours.empty() || !view.texture.empty()) {
+  if (view.faces.empty()) {
+    if (!view.texture.empty()) fail("texture: points have none");
+    mesh.notes.push_back(cover_points(mesh, {view.radii.begin(), view.radii.end()}));
+  } else if (!view.colours.empty() || !view.texture.empty()) {
     mesh.materials.push_back(look_of(view));
     mesh.triangle_material.assign(mesh.triangles.size(), 0);
   }

@@ -92,7 +92,10 @@ class SceneObject:
     def mesh(self) -> Any:
         """The mesh: the name of a file; (vertices, faces), (vertices, faces, uv) or
         (vertices, faces, uv, normals); or a trimesh.Trimesh, whose texture or colours it has
-        where the scene names no material.
+        where the scene names no material; or points, {"points": (n, 3), "radius": one for all or
+        (n,), "colours": (n, 3) or (n, 4), "normals": (n, 3)}, of which the first is needed. A disc
+        stands for a point with a normal, a small ball for others; those without a radius reach
+        their fifth neighbours. Colours are linear, 0 to 1.
 
         vertices: (n, 3), float32 or float64, in the object's own units (the key `width` scales
         them; without it they are metres). faces: (m, 3), integers, counter-clockwise from outside.
@@ -174,10 +177,33 @@ def _look_of(mesh: Any) -> tuple[Any, Any, bytes]:
     return shape, np.concatenate([linear, colours[:, 3:]], axis=1), b""
 
 
-def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any, Any, bytes]:
-    """(vertices, faces, uv, normals, colours, texture) of what SceneObject.mesh takes."""
+def _points_of(given: Mapping[str, Any]) -> tuple[Any, None, None, Any, Any, bytes, Any]:
+    """_arrays_of points."""
     import numpy as np
 
+    known = {"points", "radius", "colours", "normals"}
+    if "points" not in given or set(given) - known:
+        raise _core.InputError(
+            "mesh: of points has the keys points, radius, colours and normals, got "
+            + ", ".join(map(str, given))
+        )
+    points, colours = given["points"], given.get("colours")
+    count = len(points)
+    if colours is not None:
+        colours = np.asarray(colours, np.float64)
+        if colours.ndim == 2 and colours.shape[1] == 3:
+            colours = np.concatenate([colours, np.ones((len(colours), 1))], axis=1)
+    radius = np.asarray(0 if given.get("radius") is None else given["radius"], np.float64)
+    radii = np.full((count, 1), radius) if radius.ndim == 0 else radius.reshape(-1, 1)
+    return points, None, None, given.get("normals"), colours, b"", np.ascontiguousarray(radii)
+
+
+def _arrays_of(mesh: Any) -> tuple[Any, ...]:
+    """(vertices, faces, uv, normals, colours, texture[, radii]) of what SceneObject.mesh takes."""
+    import numpy as np
+
+    if isinstance(mesh, Mapping):
+        return _points_of(mesh)
     if hasattr(mesh, "vertices") and hasattr(mesh, "faces"):  # trimesh
         shape, colours, texture = _look_of(mesh)
         vertices, faces = np.asarray(shape[0], np.float64), np.asarray(shape[1], np.int64)
@@ -187,8 +213,8 @@ def _arrays_of(mesh: Any) -> tuple[Any, Any, Any, Any, Any, bytes]:
         return vertices, faces, np.asarray(uv, np.float64), None, colours, texture
     if not isinstance(mesh, (tuple, list)) or not 2 <= len(mesh) <= 4:
         raise _core.InputError(
-            "mesh: must be the name of a file, (vertices, faces[, uv[, normals]]) or a "
-            f"trimesh.Trimesh, got {type(mesh).__name__}"
+            "mesh: must be the name of a file, (vertices, faces[, uv[, normals]]), a "
+            f"trimesh.Trimesh or a dict of points, got {type(mesh).__name__}"
         )
     given = [*mesh, None, None]
     return given[0], given[1], given[2], given[3], None, b""

@@ -55,11 +55,16 @@ std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char
 }
 
 void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb::handle faces,
-              nb::handle uv, nb::handle normals, nb::handle colours, nb::bytes texture) {
+              nb::handle uv, nb::handle normals, nb::handle colours, nb::bytes texture,
+              nb::handle radii) {
   if (vertices.is_none()) refuse("vertices", "must be an array of the shape (n, 3), got None");
-  if (faces.is_none()) refuse("faces", "must be an array of the shape (n, 3), got None");
+  if (faces.is_none() && radii.is_none())
+    refuse("faces", "must be an array of the shape (n, 3), got None");
   const auto points = vectors_of<3>(vertices, "vertices");
-  const auto corners = faces_of(faces, "faces");
+  std::vector<std::array<std::uint32_t, 3>> corners;
+  if (!faces.is_none()) corners = faces_of(faces, "faces");
+  std::vector<double> sizes;
+  for (const auto& [radius] : vectors_of<1>(radii, "radii")) sizes.push_back(radius);
   const auto uvs = vectors_of<2>(uv, "uv");
   const auto directions = vectors_of<3>(normals, "normals");
   std::vector<std::array<float, 4>> shades;
@@ -70,7 +75,7 @@ void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb
   auto changed = scene;  // other threads may use the scene meanwhile
   {
     const nb::gil_scoped_release release;
-    changed.set_mesh(object, {points, corners, uvs, directions, shades, picture});
+    changed.set_mesh(object, {points, corners, uvs, directions, shades, picture, sizes});
   }
   scene = changed;
 }
@@ -225,7 +230,7 @@ NB_MODULE(_core, m) {
       .def("json", &raywave::Scene::json)
       .def("set", &raywave::Scene::set, "overrides"_a)
       .def("set_mesh", &set_mesh, "object"_a, "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(),
-           "normals"_a.none(), "colours"_a.none(), "texture"_a)
+           "normals"_a.none(), "colours"_a.none(), "texture"_a, "radii"_a.none() = nb::none())
       .def("position", &raywave::Scene::position_m, "object"_a)
       .def("rotation", &raywave::Scene::rotation_deg, "object"_a)
       .def("set_pose", &raywave::Scene::set_pose, "object"_a, "position"_a, "rotation"_a)

@@ -168,6 +168,21 @@ def test_a_trimesh_wears_its_colours_and_texture_as_a_file_of_them(scene, tmp_pa
     assert np.array_equal(rw.lens(scene, 0.01, points=2), seen)
 
 
+def test_points_are_taken_as_a_mesh_of_them_is(scene):
+    x, y = (np.indices((40, 40)).reshape(2, -1) + 0.5) / 40 - 0.5
+    points = np.stack([x, y, 0 * x], axis=1)
+    whole = rw.lens(scene, 0.01, points=2)
+    for more in [{}, {"radius": 0.75 / 40}, {"radius": np.full(1600, 0.75 / 40)}]:
+        scene.objects[0].mesh = {"points": points, "normals": np.tile([0, 0, -1.0], (1600, 1)),
+                                 **more}
+        assert rw.lens(scene, 0.01, points=2).sum() == pytest.approx(whole.sum(), rel=0.15)
+    scene.objects[0].mesh = {"points": points, "colours": np.full((1600, 3), 0.5)}
+    seen = rw.lens(scene, 0.01, points=2)
+    assert np.median(seen[seen > 0]) == pytest.approx(0.5, rel=1e-3)
+    again = pickle.loads(pickle.dumps(scene))
+    assert np.array_equal(rw.lens(again, 0.01, points=2), seen)
+
+
 V, F = SQUARE
 BAD_MESHES = {
     "vertices": [
@@ -183,7 +198,8 @@ BAD_MESHES = {
         (V, F, "uv"),
     ],
     "normals": [(V, F, None, V[:2]), (V, F, None, np.full((4, 3), np.nan))],
-    "mesh": [None, 3, (V,), (V, F, None, None, None)],
+    "mesh": [None, 3, (V,), (V, F, None, None, None), {"vertices": V}, {"points": V, "faces": F}],
+    "radii": [{"points": V, "radius": -1.0}, {"points": V, "radius": [1.0, 2.0]}],
 }
 
 

@@ -104,12 +104,16 @@ struct Pixels {
 /// A mesh in memory of the caller's. The library copies it.
 struct MeshView {
   std::span<const Vec3> vertices{};
-  std::span<const std::array<std::uint32_t, 3>> faces{};  // counter-clockwise from outside
+  // Counter-clockwise from outside; with `radii` none: the vertices are points
+  std::span<const std::array<std::uint32_t, 3>> faces{};
   std::span<const Vec2> uvs{};      // one per vertex, or none; (0, 0) is the texture's bottom left
   std::span<const Vec3> normals{};  // one per vertex, or none
   // One per vertex, or none: linear red, green and blue, and alpha, 0 to 1
   std::span<const std::array<float, 4>> colours{};
   std::span<const std::uint8_t> texture{};  // a picture file (PNG ...) in memory, or none
+  // Of points, one each: a disc across the vertex's normal, or a small ball where it has none. 0:
+  // up to the fifth neighbour
+  std::span<const double> radii{};
 };
 
 /// Called with the current step ("WRP 2 of 4") and the completed share, 0 to 1, on the thread that

@@ -6,10 +6,12 @@
 #include <cmath>
 #include <cstring>
 #include <initializer_list>
+#include <numbers>
 #include <optional>
 #include <span>
 #include <utility>
 
+#include "host/scene/points.hpp"
 #include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
@@ -63,6 +65,31 @@ struct Colour {
   }
 };
 
+/// What vertices have that are points: a radius, or what Gaussian splats have (Kerbl et al., ACM
+/// Trans. Graph. 42, 139 (2023)): logarithms of three half axes, of the opacity's odds, and a colour
+/// as the first spherical harmonic. Other harmonics and the turn are ignored.
+struct Splats {
+  std::array<int, 8> at;
+
+  explicit Splats(const Element& of)
+      : at{of.find({"radius"}), of.find({"scale_0"}), of.find({"scale_1"}), of.find({"scale_2"}),
+           of.find({"f_dc_0"}), of.find({"f_dc_1"}),  of.find({"f_dc_2"}),  of.find({"opacity"})} {}
+  bool have_sizes() const { return at[0] >= 0 || (at[1] >= 0 && at[2] >= 0 && at[3] >= 0); }
+  bool have_colours() const { return at[4] >= 0 && at[5] >= 0 && at[6] >= 0; }
+
+  /// value  of a property by its number
+  double radius(const auto& value) const {
+    return at[0] >= 0 ? value(at[0]) : std::exp((value(at[1]) + value(at[2]) + value(at[3])) / 3);
+  }
+  glm::vec4 colour(const auto& value) const {
+    const auto channel = [&](int i) {
+      return std::clamp(0.5 + 0.5 / std::sqrt(std::numbers::pi) * value(i), 0.0, 1.0);
+    };
+    return {channel(at[4]), channel(at[5]), channel(at[6]),
+            at[7] < 0 ? NAN : 1 / (1 + std::exp(-value(at[7])))};
+  }
+};
+
 class PlyReader {
 public:
   PlyReader(std::string_view bytes) : bytes_(bytes), lines_(bytes, "") {}
@@ -91,6 +118,11 @@ public:
       builder_.set_colours(std::move(vertex_colours_), scale_);
     else if (!face_colours_.empty())
       builder_.set_triangle_colours(std::move(face_colours_), scale_);
+    const bool has_faces = std::any_of(elements_.begin(), elements_.end(), [](const auto& one) {
+      return one.is_faces() && one.count > 0;
+    });
+    if (!has_faces && !builder_.mesh.positions.empty())
+      builder_.notes.add(cover_points(builder_.mesh, std::move(radii_)), "");
     return builder_.finish();
   }
 
@@ -275,8 +307,11 @@ private:
               u = element.find({"s", "u", "texture_u", "texture_s", "tex_u"}),
               v = element.find({"t", "v", "texture_v", "texture_t", "tex_v"});
     Colour colour(element);
+    const Splats splats(element);
     const auto& c = colour.at;
-    note_others(element, {x, y, z, nx, ny, nz, u, v, c[0], c[1], c[2], c[3]});
+    std::vector<int> known{x, y, z, nx, ny, nz, u, v, c[0], c[1], c[2], c[3]};
+    known.insert(known.end(), splats.at.begin(), splats.at.end());
+    note_others(element, known);
     auto& mesh = builder_.mesh;
     mesh.positions.reserve(element.count);
     mesh.normals.reserve(element.count);
@@ -287,7 +322,12 @@ private:
       const glm::dvec3 normal(one_of(values, nx), one_of(values, ny), one_of(values, nz));
       builder_.add_vertex({one_of(values, x), one_of(values, y), one_of(values, z)}, normal,
                           {one_of(values, u), one_of(values, v)}, [&] { return place(); });
-      if (colour.is_there) vertex_colours_.push_back(colour_of(values, colour));
+      if (colour.is_there)
+        vertex_colours_.push_back(colour_of(values, colour));
+      else if (splats.have_colours())
+        vertex_colours_.push_back(splats.colour([&](int at) { return one_of(values, at); }));
+      if (splats.have_sizes())
+        radii_.push_back(splats.radius([&](int at) { return one_of(values, at); }));
     }
     scale_ = colour.scale_of(vertex_colours_);
   }
@@ -370,6 +410,7 @@ private:
   const Element* element_ = nullptr;  // that is read, and of it the number
   std::uint64_t number_ = 0;
   std::vector<glm::vec4> vertex_colours_, face_colours_;
+  std::vector<double> radii_;  // of points
   float scale_ = 1;
 };
 
