@@ -118,6 +118,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     auto spec = hologram;
     spec.wavelength_m = plan.hologram.wavelength_m;
     auto one = encoded_report(spec, plan.slm, schedule.holograms(), PictureFormat::png, {});
+    one["scene"]["viewer"] = raywave::json_of(scene.viewer);
     one.erase("format");
     one.erase("pictures");
     return one;

@@ -21,6 +21,7 @@
 #include "host/encode/pictures.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/render.hpp"
+#include "host/scene/scene_json.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -106,6 +107,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
       out.add(name);
     }
     auto of_laser = encoded_report(spec, panel->slm(), field.frames, format, pictures);
+    of_laser["scene"]["viewer"] = json_of(holograms.each[i].viewer());
     if (!holograms.lasers) {
       report = std::move(of_laser);
       break;

@@ -105,6 +105,9 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
   };
   if (!slm.empty()) {
     spec = load_slm(slm, wavelength_m(), set);
+    // What was rendered for another encoding would show ghosts, or less than it could
+    if (spec.encoding == Encoding::automatic && (pitch.empty() || wavelength.empty()))
+      spec.encoding = slm_of_report(report, hologram).encoding;
   } else {
     if (std::filesystem::exists(report, error)) spec = slm_of_report(report, hologram);
     if (!set.empty()) spec = parse_slm({"", report, {}}, wavelength_m(), set, spec);

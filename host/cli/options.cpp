@@ -7,6 +7,7 @@
 #include <filesystem>
 #include <nlohmann/json.hpp>
 
+#include "host/cli/display_server.hpp"
 #include "host/cli/help.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -339,6 +340,11 @@ void ViewOptions::add_to(CLI::App& command) {
       ->type_name("N")
       ->capture_default_str()
       ->group(group::pictures);
+  command
+      .add_option("--display-server", display_server,
+                  "Show the pictures in tev, which is open there: localhost:14158")
+      ->type_name("HOST:PORT")
+      ->group(group::pictures);
   add_output(command, folder, "the pictures (.png, .exr)")->required(folder.empty());
 }
 
@@ -389,6 +395,7 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
   const int width = channels[0].width, height = channels[0].height;
   save_picture(base + ".png", width, height, expose_to(seen, white));
   save_picture(base + ".exr", width, height, interleaved(channels));
+  if (!display_server.empty()) display(display_server, base, channels);
   if (report.prints_text())
     std::printf("%s.png  %d x %d%s, seen %s%s%s, white = %s %.4g (percentile %g), .exr beside it\n",
                 base.c_str(), width, height, in_colour ? " in colour" : "", seen_by(frame.frame()),

@@ -139,7 +139,7 @@ struct PupilOption {
 
 /// --view, --aperture, --frame, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
-  std::string view_centre, aperture_size, folder;
+  std::string view_centre, aperture_size, folder, display_server;
   FrameOption frame;
   double percentile = 99.5;
 
@@ -151,8 +151,8 @@ struct ViewOptions {
   glm::dvec2 aperture() const;  // its size in holograms
   void check_percentile() const;
 
-  /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, and prints a line about
-  /// them. Returns what --json says of them.
+  /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, prints a line about them,
+  /// and sends what the EXR holds to the display server. Returns what --json says of them.
   ///
   /// blur_px   of the PNG, which is what is seen: standard deviation
   /// pupil     that it is seen through

@@ -370,8 +370,10 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
     const bool knows_refinement = candidates->plan().extent.near_m > 0;
-    if (knows_refinement && (goal.budget_s || (goal.psnr_db && !is_sure(without, *goal.psnr_db))) &&
-        !s.refine && may_refine(s)) {
+    // Refined towards a lens, one frame may do what many refined towards samples take longer for
+    const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
+    if (knows_refinement && !(is_reached && without.iterations == 0) &&
+        (goal.budget_s || goal.psnr_db) && !s.refine && may_refine(s)) {
       refine();
       Candidates refined(s, world, device);
       auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);
@@ -379,10 +381,13 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
       all_refined = with_frames(std::move(all_refined), shown);
       const auto& with = chosen(all_refined, goal);
       const bool is_better =
-          goal.psnr_db ? with.sure_db > without.sure_db : with.psnr_db > without.psnr_db;
+          is_reached ? is_sure(with, *goal.psnr_db) && with.seconds < without.seconds
+          : goal.psnr_db ? with.sure_db > without.sure_db
+                         : with.psnr_db > without.psnr_db;
       if (is_better && with.seconds <= goal.budget_s.value_or(with.seconds)) {
-        why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
-                      " are expected" + (goal.budget_s ? " in that time" : "");
+        if (!is_reached)
+          why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
+                        " are expected" + (goal.budget_s ? " in that time" : "");
         all = std::move(all_refined);
         candidates.emplace(std::move(refined));
       } else {

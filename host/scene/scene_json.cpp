@@ -62,6 +62,8 @@ Json json_of(const SlmSpec& slm) {
   return json;
 }
 
+Json json_of(const ViewerSpec& viewer) { return json_of_keys(viewer); }
+
 Json json_of(const Scene& scene) {
   const double wavelength_m = scene.hologram.wavelength_m;
   Json json{{"file", scene.file.string()},
@@ -71,7 +73,7 @@ Json json_of(const Scene& scene) {
             {"wrp", json_of_keys(scene.wrp)},
             {"sampling", json_of_keys(scene.sampling)},
             {"trace", json_of_keys(scene.trace)},
-            {"viewer", json_of_keys(scene.viewer)},
+            {"viewer", json_of(scene.viewer)},
             {"accuracy", json_of_keys(scene.accuracy)}};
   if (scene.refine) json["refine"] = json_of_keys(*scene.refine);
   for (const auto& light : scene.lights) json["lights"].push_back(json_of_keys(light));

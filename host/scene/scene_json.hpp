@@ -12,6 +12,7 @@ namespace raywave {
 
 Json json_of(const Scene& scene);
 Json json_of(const SlmSpec& slm);
+Json json_of(const ViewerSpec& viewer);
 
 /// The SLM that `json_of` told. The flatness picture is not read.
 ///

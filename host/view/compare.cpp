@@ -322,19 +322,37 @@ double largest_magnitude(const Image& values) {
   return largest;
 }
 
+namespace {
+
+/// A row or column of `count` values, `step` apart, weighed around the middles of its squares.
+void weigh(const float* from, int count, std::size_t step, int side, float* to,
+           std::size_t to_step) {
+  for (int square = 0; square * side < count; ++square) {
+    const double middle = square * side + (side - 1) / 2.0;
+    double sum = 0, all = 0;
+    for (int i = std::max(0, (square - 1) * side); i < std::min(count, (square + 2) * side); ++i) {
+      const double weight = std::max(0.0, side - std::abs(i - middle));
+      sum += weight * double{from[static_cast<std::size_t>(i) * step]};
+      all += weight;
+    }
+    to[static_cast<std::size_t>(square) * to_step] = static_cast<float>(sum / all);
+  }
+}
+
+}  // namespace
+
 Image averaged(const Image& image, int side) {
   if (side == 1) return image;
-  Image result{(image.width + side - 1) / side, (image.height + side - 1) / side, {}};
-  for (int y = 0; y < image.height; y += side) {
-    for (int x = 0; x < image.width; x += side) {
-      const int right = std::min(x + side, image.width), below = std::min(y + side, image.height);
-      double sum = 0;
-      for (int j = y; j < below; ++j) {
-        for (int i = x; i < right; ++i) sum += image.pixels[std::size_t{1} * j * image.width + i];
-      }
-      result.pixels.push_back(static_cast<float>(sum / ((right - x) * (below - y))));
-    }
-  }
+  const auto across = static_cast<std::size_t>((image.width + side - 1) / side),
+             width = static_cast<std::size_t>(image.width),
+             height = static_cast<std::size_t>(image.height);
+  std::vector<float> rows(across * height);
+  for (std::size_t y = 0; y < height; ++y)
+    weigh(&image.pixels[y * width], image.width, 1, side, &rows[y * across], 1);
+  Image result{static_cast<int>(across), (image.height + side - 1) / side, {}};
+  result.pixels.resize(across * static_cast<std::size_t>(result.height));
+  for (std::size_t x = 0; x < across; ++x)
+    weigh(&rows[x], image.height, across, side, &result.pixels[x], across);
   return result;
 }
 

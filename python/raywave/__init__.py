@@ -122,7 +122,10 @@ def __getattr__(name: str) -> Any:
     if name in ("torch", "jax"):
         import importlib
 
-        return importlib.import_module("." + name, __name__)
+        try:
+            return importlib.import_module("." + name, __name__)
+        except ModuleNotFoundError as error:  # help() passes over what is no attribute
+            raise AttributeError(f"raywave.{name} needs the package {error.name}") from error
     raise AttributeError(f"module {__name__!r} has no attribute {name!r}")
 
 

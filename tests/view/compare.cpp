@@ -117,6 +117,34 @@ TEST_CASE(
   }
 }
 
+TEST_CASE("pixels of squares show dots that are no whole number of squares apart without a beat") {
+  constexpr int side = 4, squares = 100;
+  Image dots{side * squares, side * squares, {}};
+  dots.pixels.resize(std::size_t(dots.width) * dots.height);
+  for (int y = 0; y < dots.height; ++y)
+    for (int x = 0; x < dots.width; ++x)
+      dots.pixels[std::size_t(y) * dots.width + x] = x % 17 < 2 && y % 17 < 2 ? 1.0f : 0.0f;
+  const auto small = blurred(averaged(dots, side), 3);
+  REQUIRE(small.width == squares);
+  double sum = 0, squared = 0, count = 0;
+  for (int y = 15; y < squares - 15; ++y)
+    for (int x = 15; x < squares - 15; ++x) {
+      const double v = small.pixels[std::size_t(y) * squares + x];
+      sum += v;
+      squared += v * v;
+      ++count;
+    }
+  const double mean = sum / count, deviation = std::sqrt(squared / count - mean * mean);
+  CHECK(mean == Catch::Approx(4 / (17.0 * 17)).epsilon(1e-3));
+  CHECK(deviation < 5e-3 * mean);
+  // Squares at the edge are smaller, and as bright
+  const Image white{10, 7, std::vector<float>(70, 0.5f)};
+  const auto edge = averaged(white, 4);
+  CHECK(edge.width == 3);
+  CHECK(edge.height == 2);
+  for (const float v : edge.pixels) CHECK(v == Catch::Approx(0.5f));
+}
+
 TEST_CASE("frames are compared pairwise and averaged") {
   const int nx = 16;
   const auto first = field_of(nx, 2, [](int x, int) { return mode(1, x, nx); });
