@@ -104,6 +104,7 @@ void run_lens(const LensArguments& options) {
           say_time(bar, *seconds, "this", "fewer --lens-points or a smaller --window take less");
       });
     }
+    note_cut(options.report, images[0], what.window_m);
     pictures.push_back(save(options, scenes, images, name, what));
   }
   options.report.write(Json{{"pictures", pictures}});

@@ -7,6 +7,7 @@
 #include <glm/exponential.hpp>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <regex>
 #include <sstream>
 
@@ -33,6 +34,7 @@ struct NewArguments {
 struct Fit {
   double width_m = 1e-3, z_m = 0.1, pitch_m = 1e-4;
   glm::dvec2 shift_m{0, 0};
+  std::optional<double> dioptres{};  // where it stands behind an eyepiece, in place of z_m
 };
 
 /// A length of two or three digits, as a person writes it: "12 mm".
@@ -111,8 +113,11 @@ std::string scene_text(const NewArguments& options, const std::string& sections,
          entry("intensity = 0.5", "1 is that of the first light") + "\n[[object]]\n" +
          entry("mesh = " + nlohmann::json(mesh).dump(), "OBJ, PLY, STL, glTF ...") +
          entry("width = " + quoted(rounded(fit.width_m)), "its size along x") +
-         entry("position = [0, 0, " + quoted(rounded(fit.z_m)) + "]",
-               "of its middle: -x is the viewer's right, y up, z beyond the SLM") +
+         entry("position = [0, 0, " +
+                   quoted(fit.dioptres ? number_text(*fit.dioptres) + " D" : rounded(fit.z_m)) +
+                   "]",
+               fit.dioptres ? "of its middle: 1.5 D is seen 1 / 1.5 m behind the eyepiece"
+                            : "of its middle: -x is the viewer's right, y up, z beyond the SLM") +
          entry("rotation = [0, 180, 0]",
                "degrees about x, y, z: turns the mesh's front, +z, to the viewer");
 }
@@ -135,6 +140,16 @@ std::string fitted_scene(const NewArguments& options, std::vector<std::string>& 
   const auto size = (world.max_m - world.min_m) / fit.width_m;  // in widths
   const auto hologram = scenes[0].hologram;
   const auto slm_m = glm::dvec2(hologram.resolution) * hologram.pitch_m;
+  if (const auto& viewer = scenes[0].viewer; viewer.eyepiece_m) {
+    // Objects are as large as what the eyepiece shows, and sampled as finely as the eye makes out
+    fit.dioptres = 1.5;
+    fit.z_m = depth_of_dioptres(viewer, *fit.dioptres);
+    fit.width_m = 0.5 * std::min(slm_m.x, slm_m.y / std::max(size.y, 1e-6));
+    fit.pitch_m = detail_for_eye_m(viewer, fit.z_m);
+    scenes = parsed();
+    warnings = plan_scenes(scenes, build_world(scenes[0]), {})[0].warnings;
+    return text;
+  }
   constexpr double share = 0.6;
   fit.width_m = share * std::min({slm_m.x, slm_m.y / std::max(size.y, 1e-6),
                                   std::min(slm_m.x, slm_m.y) / std::max(size.z, 1e-6)});

@@ -415,6 +415,29 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
   return told;
 }
 
+void note_cut(const ReportOptions& report, const Image& picture,
+              const std::optional<glm::dvec2>& window_m) {
+  if (window_m) return;
+  const auto mean_of = [&](int left, int right, int top, int bottom) {
+    double sum = 0;
+    for (int y = top; y < bottom; ++y)
+      for (int x = left; x < right; ++x)
+        sum += double{
+            picture.pixels[static_cast<std::size_t>(y) * static_cast<std::size_t>(picture.width) +
+                           static_cast<std::size_t>(x)]};
+    return sum / ((right - left) * (bottom - top));
+  };
+  const int w = picture.width, h = picture.height, across = (w + 49) / 50, up = (h + 49) / 50;
+  const double mean = mean_of(0, w, 0, h);
+  constexpr double goes_on = 0.4;
+  const double brightest = std::max({mean_of(0, across, 0, h), mean_of(w - across, w, 0, h),
+                                     mean_of(0, w, 0, up), mean_of(0, w, h - up, h)});
+  if (brightest > goes_on * mean)
+    report.note(
+        "the picture goes on beyond the hologram's size, which is shown: a larger --window, "
+        "such as 20mmx20mm, shows more");
+}
+
 std::string name_at_depth(const std::string& stem, const std::string& z, double z_m) {
   if (z.ends_with('D')) return stem + "_" + z;
   std::array<char, 32> depth;

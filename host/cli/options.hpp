@@ -162,6 +162,13 @@ struct ViewOptions {
             const std::optional<Pupil>& pupil = {}) const;
 };
 
+/// Notes where a picture in the hologram's own window is as bright along a side as elsewhere: it goes
+/// on there.
+///
+/// window_m  that was asked for
+void note_cut(const ReportOptions& report, const Image& picture,
+              const std::optional<glm::dvec2>& window_m);
+
 /// "by an eye" and so on: from where a picture is seen.
 const char* seen_by(Frame frame);
 

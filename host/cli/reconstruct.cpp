@@ -104,6 +104,7 @@ void run_reconstruct(const ReconstructArguments& options) {
         for (float& pixel : light[i].pixels) pixel = static_cast<float>(double{pixel} * gain);
       }
     }
+    note_cut(options.report, light[0], what.window_m);
     const double blur = blur_px(options, viewer, specs[0].pitch_m.x, z_m);
     pictures.push_back(
         given.lasers

@@ -103,7 +103,7 @@ def quality(
     window: Pair | None = None,
     blur: float | None = None,
     border: int = 20,
-    lens_points: int = 24,
+    lens_points: int = 12,
     device: str = "",
     fft: str = "",
     progress: Progress = None,

@@ -69,6 +69,44 @@ TEST_CASE("encode makes of a render's field the pictures that the render made, b
   }
 }
 
+TEST_CASE("encode for another SLM keeps the encoding that the render chose, and the viewer") {
+  const Desk desk;
+  desk.folder().write("bench.toml", "[slm]\ninvert = true\n");
+  for (const std::string encoding : {"phase", "double-phase"}) {
+    const auto rendered =
+        desk.run({"render", desk.file("scene.toml"), "--set", "slm.encoding=" + encoding, "--set",
+                  "viewer.eyepiece=50 mm", "-o", desk.file(encoding), "--quiet"});
+    INFO(rendered.err);
+    REQUIRE(rendered.code == 0);
+    const auto encoded = desk.run({"encode", desk.file(encoding + "/report.json"), "--slm",
+                                   desk.file("bench.toml"), "-o", desk.file(encoding + "_again")});
+    INFO(encoded.err);
+    REQUIRE(encoded.code == 0);
+    CHECK_SAYS(encoded.out, "1 frame, by " + encoding + "\n");
+    const auto report = Json::parse(bytes_of(desk.file(encoding + "_again/report.json")));
+    CHECK(report["scene"]["slm"]["invert"] == true);
+    CHECK(report["scene"]["viewer"]["eyepiece_m"] == 0.05);
+    CHECK(desk.run({"reconstruct", desk.file(encoding + "_again/report.json"), "-z", "2D", "-o",
+                    desk.file("seen"), "--quiet"})
+              .code == 0);
+  }
+}
+
+TEST_CASE("a picture that goes on beyond the hologram's size is said to") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet"}).code == 0);  // 0.2 mm of 0.192 mm x 0.128 mm
+  const auto said = [&](const std::vector<std::string>& more) {
+    std::vector<std::string> words{
+        "reconstruct", desk.out("report.json").string(), "-z", "10mm", "-o", desk.file("seen")};
+    words.insert(words.end(), more.begin(), more.end());
+    return desk.run(words).err.find("goes on beyond the hologram's size") != std::string::npos;
+  };
+  CHECK(said({}));
+  CHECK_FALSE(said({"--window", "0.1mmx0.1mm"}));
+  REQUIRE(desk.render({"--quiet", "--set", "object.0.width=40 um"}).code == 0);
+  CHECK_FALSE(said({}));
+}
+
 TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, in any format") {
   Desk desk;
   desk.scene(slm_text);

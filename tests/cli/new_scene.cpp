@@ -43,6 +43,21 @@ TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLM
   }
 }
 
+TEST_CASE("a new scene behind an eyepiece stands at dioptres, where the eye sees it") {
+  const Desk desk;
+  desk.folder().write("near.toml",
+                      "[hologram]\nresolution = [640, 400]\npitch = \"8 um\"\nwavelength = "
+                      "\"532 nm\"\n[viewer]\neyepiece = \"50 mm\"\npupil = \"1.5 mm\"\n");
+  const auto made = desk.run({"new", desk.file("square.obj"), "-o", desk.file("new.toml"), "--slm",
+                              desk.file("near.toml")});
+  INFO(made.err);
+  REQUIRE(made.code == 0);
+  CHECK_THAT(made.err, !ContainsSubstring("beyond infinity") && !ContainsSubstring("missing"));
+  CHECK_THAT(bytes_of(desk.file("new.toml")), ContainsSubstring("position = [0, 0, \"1.5 D\"]"));
+  const auto plan = desk.run({"plan", desk.file("new.toml")});
+  CHECK_THAT(plan.out, ContainsSubstring("eyepiece  shows it at 1.5 D"));
+}
+
 TEST_CASE(
     "a new scene takes the SLM's sections with files where they are, and overwrites nothing") {
   const Desk desk;

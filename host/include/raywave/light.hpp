@@ -169,7 +169,7 @@ struct QualityOptions {
   std::optional<Vec2> window_m{};  // of the pictures, around the axis; empty: as `quality` takes
   std::optional<double> blur_m{};  // standard deviation; empty: 0.6 of sampling.pitch
   bool views = true;               // at the first depth also through quarters of the hologram
-  int lens_points = 24;            // per axis
+  int lens_points = 12;            // per axis
   int border_px = 20;              // left out on every side
   DeviceOptions on{};
   Progress progress{};
