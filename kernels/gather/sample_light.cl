@@ -20,14 +20,15 @@
 // centre     of the hologram, scene frame; half_x, half_y: half sides of the window of masks
 // a, b       of the pupil, whose window is around the middle and has the sides 2 open_x and 2 open_y;
 //            b 0: the window is that of masks
+// steepest   tangents that masks divide near the hologram; else FLT_MAX
 // limit      largest sine that the pixels can show, from the sine of the light on the SLM:
 //            reference at the centre, less by `fall` for each metre to the right and up
 __kernel void light_of_parts(__global const Light* lights, __global const Sample* samples,
                              __global const uint* lit, __global const uint* visibility_masks,
                              int first, int count, float centre_x, float centre_y, float centre_z,
                              float half_x, float half_y, float a, float b, float middle_x,
-                             float middle_y, float open_x, float open_y, float limit_x,
-                             float limit_y,
+                             float middle_y, float open_x, float open_y, float steepest_x,
+                             float steepest_y, float limit_x, float limit_y,
                              float reference_x, float reference_y, float fall_x, float fall_y,
                              __global float* light) {
   const int i = (int)get_global_id(0);
@@ -64,8 +65,11 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
     if (s->hidden) {
       int bits[RAYWAVE_LANES];
       float at_u[RAYWAVE_LANES], at_v[RAYWAVE_LANES];
-      LANES_STORE((u / half_x + 1.0f) * (0.5f * (float)PARTS), at_u);
-      LANES_STORE((v / half_y + 1.0f) * (0.5f * (float)PARTS), at_v);
+      const bool is_near = steepest_x < FLT_MAX;
+      const floatv mask_x = is_near ? x / (z * steepest_x) : u / half_x,
+                   mask_y = is_near ? y / (z * steepest_y) : v / half_y;
+      LANES_STORE((mask_x + 1.0f) * (0.5f * (float)PARTS), at_u);
+      LANES_STORE((mask_y + 1.0f) * (0.5f * (float)PARTS), at_v);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
         const int bit = PARTS * clamp((int)at_v[lane], 0, PARTS - 1) +
                         clamp((int)at_u[lane], 0, PARTS - 1);

@@ -187,7 +187,7 @@ TEST_CASE("behind an eyepiece the library looks through the scene's pupil, or th
   for (std::size_t i = 0; i < 3; ++i) {
     CHECK(rows[i].view == View::pupil);
     CHECK(rows[i].pupil_m == 2e-3);
-    CHECK(std::abs(rows[i].pupil_place_m[0] - (static_cast<double>(i) - 1) * -0.6e-3) < 1e-12);
+    CHECK(std::abs(rows[i].pupil_place_m[0] - (static_cast<double>(i) - 1) * 0.6e-3) < 1e-12);
   }
   auto view = rows[2].pupil_place_m[0] > 0 ? last : first;
   view.window_m = how.window_m;
