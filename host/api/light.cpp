@@ -224,8 +224,7 @@ Picture reconstruct_shown(const Hologram& hologram, const ViewOptions& options) 
   auto field = field_of(hologram.shown(), "hologram");
   field.source = hologram.state().lasers[hologram.first_laser()].result.panel->source();
   const auto scene = hologram.scene();
-  return reconstruct(std::move(field), hologram.pixels(), options,
-                     scene.state().scenes[0].viewer);
+  return reconstruct(std::move(field), hologram.pixels(), options, scene.state().scenes[0].viewer);
 }
 
 }  // namespace

@@ -266,7 +266,8 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
       depths_m.push_back(key.z_m);
     }
     std::sort(depths_m.begin(), depths_m.end());
-    for (const auto& place : unseen_places(depths_m, plan.extent.near_m, pupils)) unseen.push_back(place);
+    for (const auto& place : unseen_places(depths_m, plan.extent.near_m, pupils))
+      unseen.push_back(place);
     if (arrays)
       arrays->show(plan);
     else

@@ -369,7 +369,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     auto best = most_accurate(all);
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
-    const bool knows_refinement = candidates->plan().extent.near_m > 0;
+    const bool knows_refinement =
+        candidates->plan().extent.near_m > 0 || s.viewer.eyepiece_m.has_value();
     if (knows_refinement && (goal.budget_s || (goal.psnr_db && !is_sure(without, *goal.psnr_db))) &&
         !s.refine && may_refine(s)) {
       refine();

@@ -113,7 +113,10 @@ PartPlane part_plane(const Plan& plan, const ViewerSpec& viewer) {
   if (!viewer.eyepiece_m) return {{}, plan.window_m(), {0, 0}, {1, 1}, middle_m};
   const auto pupils = pupils_of(viewer);
   const auto& first = pupils.front();
-  PartPlane plane{first, first.eyebox_m({h.size, h.pitch_m, h.wavelength_m}), {1, 1}, {0, 0},
+  PartPlane plane{first,
+                  first.eyebox_m({h.size, h.pitch_m, h.wavelength_m}),
+                  {1, 1},
+                  {0, 0},
                   std::abs(first.b_m + first.a * middle_m)};
   for (const auto& pupil : pupils) {
     const auto half_m = glm::dvec2(pupil.diameter_m / 2);

@@ -32,7 +32,7 @@ struct KeyPlace {
 /// far as the pupil's places reach.
 struct PartPlane {
   std::optional<Pupil> pupil{};
-  glm::dvec2 size_m{1, 1};          // of the hologram, or of the eyebox
+  glm::dvec2 size_m{1, 1};           // of the hologram, or of the eyebox
   glm::dvec2 low{0, 0}, high{1, 1};  // what shows pictures, in its sizes from the bottom left
   // Light of a part spreads by its width over this, for each metre of depth
   double distance_m = 1;

@@ -149,8 +149,8 @@ void PhaseStack::take(const FieldStack& field) {
   });
 }
 
-void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count,
-                      int frame, bool keeps_amplitudes) {
+void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count, int frame,
+                      bool keeps_amplitudes) {
   if (!take_phases_) take_phases_ = program_of(device_).kernel("take_phases");
   const double clip = keeps_amplitudes ? clip_of(field) : 0;
   run_rows(device_, *take_phases_, count.x, count.y, field, count.x, count.y, samples,

@@ -26,8 +26,8 @@ public:
   void take(const FieldStack& field);
   /// The same of a tile of a frame, rows without gaps in device memory.
   ///
-  /// keeps_amplitudes  neighbouring phases differ so that the tile's amplitudes are kept, of all but
-  ///                   the brightest tenth
+  /// keeps_amplitudes  neighbouring phases differ so that the tile's amplitudes are kept, all but
+  ///                   the largest tenth
   void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame,
             bool keeps_amplitudes = false);
 

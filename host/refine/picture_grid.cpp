@@ -182,10 +182,9 @@ glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
                change =
                    source.bandwidth_m / (2 * std::sqrt(2 * std::log(2.0))) / optics.wavelength_m;
   // Of the hologram, which light to a part of the pupil passes nearby
-  const auto open_m = grid.pupil
-                          ? glm::dvec2(grid.open.size) * part_pitch_m(optics, grid) *
-                                std::abs(grid.z_m / grid.distance_m)
-                          : glm::dvec2(grid.open.size) * optics.pitch_m,
+  const auto open_m = grid.pupil ? glm::dvec2(grid.open.size) * part_pitch_m(optics, grid) *
+                                       std::abs(grid.z_m / grid.distance_m)
+                                 : glm::dvec2(grid.open.size) * optics.pitch_m,
              picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
              turned_m = grid.z_m * optics.wavelength_m * source.per_m;
   return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
@@ -207,10 +206,9 @@ std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, 
       const double sample = grid.open.first[axis] + (i + 0.5) / points * grid.open.size[axis];
       const double across_m = sign * (sample - optics.size[axis] / 2.0) * pitch_m - place_m;
       const double cycles =
-          grid.pupil
-              ? sign * (sample / optics.pupil_plane[axis] - 0.5) -
-                    grid.pupil->a * place_m / grid.pupil->b_m * pitch_m / optics.wavelength_m
-              : pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
+          grid.pupil ? sign * (sample / optics.pupil_plane[axis] - 0.5) -
+                           grid.pupil->a * place_m / grid.pupil->b_m * pitch_m / optics.wavelength_m
+                     : pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
       if (std::abs(cycles) > 0.5) continue;
       const double amplitude = amplitude_of_pixel(fill, cycles + optics.showing.carrier[axis]);
       sum += amplitude * amplitude;
@@ -232,8 +230,9 @@ glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys) {
     // Steepest light of the part, over the distance at which the bent light shows the picture
     const auto sine = glm::min(glm::abs(key.view) + key.aperture, 1.0) * optics.wavelength_m /
                       (2.0 * optics.pitch_m);
-    beyond_m = glm::max(beyond_m, std::abs(key.z_m / (1 + key.pupil->a * key.z_m / key.pupil->b_m)) *
-                                      sine + 4 * optics.blur_m);
+    beyond_m = glm::max(beyond_m,
+                        std::abs(key.z_m / (1 + key.pupil->a * key.z_m / key.pupil->b_m)) * sine +
+                            4 * optics.blur_m);
   }
   if (!any) return {0, 0};
   auto size = padded_size(optics.size + glm::ivec2(glm::ceil(beyond_m / optics.pitch_m)), 1);
@@ -282,7 +281,8 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     throw InputError(key.pupil ? depth() + " is where the eye's pupil is, or behind it"
                                : "refinement: z must be > 0, on the object's side of the hologram");
   const double side = key.pupil && key.pupil->b_m < 0 ? -1 : 1;
-  grid.open = open_part(key.pupil ? optics.pupil_plane : optics.size, side * key.view, key.aperture);
+  grid.open =
+      open_part(key.pupil ? optics.pupil_plane : optics.size, side * key.view, key.aperture);
   if (grid.open.size.x < 1 || grid.open.size.y < 1)
     throw InputError(depth() + ": view and aperture leave no part of the hologram open");
   const glm::dvec2 window_m = key.window_m();
@@ -332,8 +332,7 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   }
   // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
   const auto whole = key.pupil ? optics.pupil_plane : optics.size;
-  const double open_share =
-      1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
+  const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
   const double pixels_per_pixel =
       grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
   const double per_transform =
@@ -347,7 +346,8 @@ std::vector<float> blurred_target(const Optics& optics, const Key& key, const Pi
   auto blurred = blurred_at(
       key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
       places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
-  if (grid.propagation == Propagation::fresnel && !grid.pupil) blurred = bent_back(optics, grid, blurred);
+  if (grid.propagation == Propagation::fresnel && !grid.pupil)
+    blurred = bent_back(optics, grid, blurred);
   std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
   for (int y = 0; y < known.y; ++y) {
     const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;

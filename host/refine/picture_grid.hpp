@@ -81,7 +81,7 @@ struct PictureGrid {
   std::optional<Pupil> pupil{};
   double distance_m = 0.1;  // light of the open part is as steep as its width over this
   int slot = 0;             // the key's number in its round: its plane in memory
-  glm::ivec2 size{1, 1};  // samples of the plane; x is a multiple of packet
+  glm::ivec2 size{1, 1};    // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};

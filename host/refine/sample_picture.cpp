@@ -62,9 +62,9 @@ public:
       // Rows of pixels count downwards, rows of parts upwards
       const int n_pupil = optics.pupil_plane[axis];
       const double n = light.pupil ? n_pupil : optics.size[axis];
-      const double pitch_m = light.pupil ? optics.wavelength_m * light.pupil->b_m /
-                                               (optics.pitch_m[axis] * n_pupil)
-                                         : optics.pitch_m[axis];
+      const double pitch_m =
+          light.pupil ? optics.wavelength_m * light.pupil->b_m / (optics.pitch_m[axis] * n_pupil)
+                      : optics.pitch_m[axis];
       const double a = sign * (grid.open.first[axis] - n / 2) * pitch_m,
                    b = sign * (grid.open.first[axis] + grid.open.size[axis] - n / 2) * pitch_m;
       Stretch s{std::min(a, b), std::max(a, b), 0, 0};

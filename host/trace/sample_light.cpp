@@ -50,10 +50,10 @@ SampleLight sample_light(const cl::Device& device, const Plan& plan, const Devic
                static_cast<float>(through.a), static_cast<float>(through.b_m),
                static_cast<float>(result.middle_m.x), static_cast<float>(result.middle_m.y),
                static_cast<float>(result.half_m.x), static_cast<float>(result.half_m.y),
-               lattice.steepest_x, lattice.steepest_y,
-               static_cast<float>(most.x), static_cast<float>(most.y),
-               static_cast<float>(reference.x), static_cast<float>(reference.y),
-               static_cast<float>(fall.x), static_cast<float>(fall.y), light);
+               lattice.steepest_x, lattice.steepest_y, static_cast<float>(most.x),
+               static_cast<float>(most.y), static_cast<float>(reference.x),
+               static_cast<float>(reference.y), static_cast<float>(fall.x),
+               static_cast<float>(fall.y), light);
     light.read(std::span(result.irradiance).subspan(first * each, some * each));
   }
   return result;

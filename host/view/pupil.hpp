@@ -36,8 +36,8 @@ private:
   std::unique_ptr<Work> work_;
 };
 
-/// What to look through, one after another; {empty}: the whole hologram. Where nothing is given, the
-/// viewer's pupils behind an eyepiece, unless a part of the hologram is looked through.
+/// What to look through, one after another; {empty}: the whole hologram. Where nothing is given,
+/// the viewer's pupils behind an eyepiece, unless a part of the hologram is looked through.
 ///
 /// given   "scene", "none", "3mm", "3mm@1mm,0" or "scene@1mm,0"
 /// frame   that places in them count in

@@ -18,7 +18,7 @@
 #define PARTS (RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS : 8)
 
 // centre     of the hologram, scene frame; half_x, half_y: half sides of the window of masks
-// a, b       of the pupil, whose window is around the middle and has the sides 2 open_x and 2 open_y;
+// a, b       of the pupil, whose window is around the middle and has the half sides open_x, open_y;
 //            b 0: the window is that of masks
 // steepest   tangents that masks divide near the hologram; else FLT_MAX
 // limit      largest sine that the pixels can show, from the sine of the light on the SLM:
@@ -28,9 +28,8 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
                              int first, int count, float centre_x, float centre_y, float centre_z,
                              float half_x, float half_y, float a, float b, float middle_x,
                              float middle_y, float open_x, float open_y, float steepest_x,
-                             float steepest_y, float limit_x, float limit_y,
-                             float reference_x, float reference_y, float fall_x, float fall_y,
-                             __global float* light) {
+                             float steepest_y, float limit_x, float limit_y, float reference_x,
+                             float reference_y, float fall_x, float fall_y, __global float* light) {
   const int i = (int)get_global_id(0);
   if (i >= count) return;
   const size_t index = (size_t)(first + i);
@@ -60,7 +59,7 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
     const floatv amplitude =
         amplitude_towards(lights, on, s, plain, s->specular > 0.0f, x / z, y / z);
     seen &= (fabs(x * per_length - (reference_x - u * fall_x)) <= limit_x) &
-                (fabs(y * per_length - (reference_y - v * fall_y)) <= limit_y);
+            (fabs(y * per_length - (reference_y - v * fall_y)) <= limit_y);
 #if RAYWAVE_VISIBILITY_PARTS > 0
     if (s->hidden) {
       int bits[RAYWAVE_LANES];
@@ -71,8 +70,8 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
       LANES_STORE((mask_x + 1.0f) * (0.5f * (float)PARTS), at_u);
       LANES_STORE((mask_y + 1.0f) * (0.5f * (float)PARTS), at_v);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-        const int bit = PARTS * clamp((int)at_v[lane], 0, PARTS - 1) +
-                        clamp((int)at_u[lane], 0, PARTS - 1);
+        const int bit =
+            PARTS * clamp((int)at_v[lane], 0, PARTS - 1) + clamp((int)at_u[lane], 0, PARTS - 1);
         bits[lane] =
             (int)(visibility_masks[index * VISIBILITY_WORDS + bit / 32] >> (bit % 32) & 1u);
       }

@@ -257,7 +257,7 @@ __kernel void step_phase(__global float2* restrict hologram, uint first, int hol
   }
 }
 
-// part: conj(chirp) * plane * factor, where the part begins in a plane of rows of part_pitch samples.
+// part: conj(chirp) * plane * factor, in a plane of rows of part_pitch samples, from `first` on.
 __kernel void put_back(__global float2* restrict part, uint first, int part_pitch,
                        const __global float2* restrict column_chirp,
                        const __global float2* restrict row_chirp, int part_nx, int part_ny,

@@ -537,8 +537,8 @@ def lens(
     """The picture that an ideal lens in the hologram's place sees of the scene, with the plane z
     (metres, as for reconstruct) in focus: the reference for reconstruct, pixel by pixel.
 
-    view, aperture, pupil, window, progress: as for reconstruct. points: of the lens, per axis; their
-    square is the number of rays per pixel.
+    view, aperture, pupil, window, progress: as for reconstruct. points: of the lens, per axis;
+    their square is the number of rays per pixel.
 
     Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of several lasers
     linear sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture, pupil

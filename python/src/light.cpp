@@ -101,8 +101,8 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a,
-      "fft"_a, "progress"_a.none());
+      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a,
+      "pupil"_a.none(), "device"_a, "fft"_a, "progress"_a.none());
   m.def(
       "reconstruct_hologram",
       [](const raywave::Hologram& hologram, double z, std::optional<raywave::Vec2> window,
@@ -117,8 +117,8 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a, "fft"_a,
-      "progress"_a.none());
+      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a,
+      "fft"_a, "progress"_a.none());
   m.def(
       "lens",
       [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
@@ -133,8 +133,8 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "points"_a, "device"_a,
-      "progress"_a.none());
+      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "points"_a,
+      "device"_a, "progress"_a.none());
   m.def(
       "preview",
       [](raywave::Scene scene, std::optional<double> z, std::optional<raywave::Vec2> window,
@@ -219,15 +219,10 @@ void add_light(nb::module_& m) {
          std::optional<raywave::Vec2> window, std::optional<double> blur, bool views,
          std::vector<std::string> pupils, int lens_points, int border, const std::string& device,
          const std::string& fft, const nb::object& progress) {
-        const raywave::QualityOptions options{std::move(depths),
-                                              window,
-                                              blur,
-                                              views,
-                                              std::move(pupils),
-                                              lens_points,
-                                              border,
-                                              device_options(device, fft),
-                                              progress_of(progress)};
+        const raywave::QualityOptions options{
+            std::move(depths),    window,      blur,   views,
+            std::move(pupils),    lens_points, border, device_options(device, fft),
+            progress_of(progress)};
         std::vector<raywave::QualityRow> rows;
         {
           const nb::gil_scoped_release release;

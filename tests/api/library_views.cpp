@@ -159,10 +159,10 @@ TEST_CASE("a hologram shows what a lens sees, through every function of the libr
 }
 
 TEST_CASE("behind an eyepiece the library looks through the scene's pupil, or through any") {
-  const auto scene = square_scene(
-      {"hologram.resolution=[160,120]", "viewer.eyepiece=50mm", "viewer.pupil=2mm",
-       "viewer.pupil_position=[[\"-0.6mm\",0],[0,0],[\"0.6mm\",0]]",
-       "object.0.position=[0,0,\"-3.4mm\"]"});
+  const auto scene =
+      square_scene({"hologram.resolution=[160,120]", "viewer.eyepiece=50mm", "viewer.pupil=2mm",
+                    "viewer.pupil_position=[[\"-0.6mm\",0],[0,0],[\"0.6mm\",0]]",
+                    "object.0.position=[0,0,\"-3.4mm\"]"});
   const auto hologram = render(scene);
   const ViewOptions whole{.z_m = -3e-3, .pupil = "none"};
   const ViewOptions first{.z_m = -3e-3, .pupil = "2mm@-0.6mm,0"};

@@ -201,8 +201,8 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
   }
 }
 
-/// Light from a hologram's pixels to the samples of a pupil's plane that are open, and from there to
-/// a place of the plane z: Fresnel's integral through an eyepiece (Collins), whose last element d
+/// Light from a hologram's pixels to the samples of a pupil's plane that are open, and from there
+/// to a place of the plane z: Fresnel's integral through an eyepiece (Collins), whose last element d
 /// no intensity sees.
 double intensity_through_pupil(const Optics& optics, const PictureGrid& grid,
                                const std::vector<Complex>& h, double d, glm::dvec2 place_m) {
@@ -214,9 +214,9 @@ double intensity_through_pupil(const Optics& optics, const PictureGrid& grid,
     const double sign = axis == 0 ? 1 : -1;
     std::vector<Complex> weights(static_cast<std::size_t>(optics.size[axis]));
     for (int k = 0; k < grid.open.size[axis]; ++k) {
-      const double n = optics.pupil_plane[axis],
-                   p_m = sign * (grid.open.first[axis] + k - (n - 1) / 2) * lambda * b /
-                         (n * optics.pitch_m[axis]);
+      const double n = optics.pupil_plane[axis], p_m = sign *
+                                                       (grid.open.first[axis] + k - (n - 1) / 2) *
+                                                       lambda * b / (n * optics.pitch_m[axis]);
       for (int i = 0; i < optics.size[axis]; ++i) {
         const double x_m = sign * (i - (optics.size[axis] - 1) / 2.0) * optics.pitch_m[axis],
                      to = (a * x_m * x_m - 2 * x_m * p_m + d * p_m * p_m) / b,
@@ -273,9 +273,9 @@ DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before t
             for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5)
               worst = std::max(
                   worst,
-                  std::abs(std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x])) -
-                           intensity_through_pupil(optics, grid, h, d,
-                                                   {grid.x_m(x), grid.y_m(y)})));
+                  std::abs(
+                      std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x])) -
+                      intensity_through_pupil(optics, grid, h, d, {grid.x_m(x), grid.y_m(y)})));
           CAPTURE(optics.size.x, key, pupil.a, pupil.b_m);
           CHECK(worst <= 2e-5 * grid.open.size.x * grid.open.size.y);
         }
@@ -296,8 +296,7 @@ DEVICE_TEST("parts that tile the pupil's plane send a picture back as it was: A*
       }
       optics.pupil_plane = pupil_plane_size(optics, keys);
       std::vector<PictureGrid> grids;
-      for (const auto& key : keys)
-        grids.push_back(picture_grid(optics, key, Propagation::fresnel));
+      for (const auto& key : keys) grids.push_back(picture_grid(optics, key, Propagation::fresnel));
       const auto field = random_phases(optics.size, 1, 6);
       PhaseStack holograms(device);
       holograms.take(field);

@@ -270,10 +270,10 @@ Scene near_eye_scene(const std::vector<std::string>& more) {
 
 DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture that a lens sees") {
   // Side by side: near the hologram, masks of what is hidden are coarse
-  const auto scene = near_eye_scene(
-      {"refine.iterations=4", "object.0.width=0.9mm", "object.1.width=0.9mm",
-       "object.0.position=[\"0.6mm\",\"-0.1mm\",\"2.5D\"]",
-       "object.1.position=[\"-0.6mm\",0,\"0.5D\"]", "sampling.pitch=8um"});
+  const auto scene =
+      near_eye_scene({"refine.iterations=4", "object.0.width=0.9mm", "object.1.width=0.9mm",
+                      "object.0.position=[\"0.6mm\",\"-0.1mm\",\"2.5D\"]",
+                      "object.1.position=[\"-0.6mm\",0,\"0.5D\"]", "sampling.pitch=8um"});
   const auto world = build_world(scene);
   const auto plan = make_plan(scene, world);
   REQUIRE(is_near_hologram(plan));
@@ -318,7 +318,8 @@ DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture t
 
 DEVICE_TEST("near-eye levels refined show no less than the field through any pupil and depth") {
   for (const auto& pupil : {"2mm", "3mm", "4mm"}) {
-    const auto scene = near_eye_scene({"refine.iterations=8", std::string("viewer.pupil=") + pupil});
+    const auto scene =
+        near_eye_scene({"refine.iterations=8", std::string("viewer.pupil=") + pupil});
     const auto world = build_world(scene);
     const auto rendered = render(device, scene, world);
     const auto& plan = rendered.plan;
@@ -329,17 +330,17 @@ DEVICE_TEST("near-eye levels refined show no less than the field through any pup
       for (const double x_m : {-0.6 * mm, -0.23 * mm, 0.45 * mm}) {
         const KeyPlace place{near_m + share * (far_m - near_m), {0, 0}, {1, 1}, 1, 0,
                              pupil_at(scene.viewer, {x_m, 0})};
-        judged.push_back({KeyRole::held_out, lens_key(device, plan, arrays, place,
-                                                      *plan.refine->blur_m, {{}, 8})});
+        judged.push_back({KeyRole::held_out,
+                          lens_key(device, plan, arrays, place, *plan.refine->blur_m, {{}, 8})});
       }
     auto plain = scene;
     plain.refine.reset();
     const auto unrefined = render(device, plain, world);
-    const auto figures = judge_refinement(
-        device, cl::FftBackend::host, scene.hologram,
-        {unrefined.field, shown_field(*unrefined.panel, unrefined.levels),
-         shown_field(*rendered.panel, rendered.levels)},
-        judged, *plan.refine->blur_m, 20, (near_m + far_m) / 2);
+    const auto figures =
+        judge_refinement(device, cl::FftBackend::host, scene.hologram,
+                         {unrefined.field, shown_field(*unrefined.panel, unrefined.levels),
+                          shown_field(*rendered.panel, rendered.levels)},
+                         judged, *plan.refine->blur_m, 20, (near_m + far_m) / 2);
     for (const auto& row : figures.rows) {
       CAPTURE(row.z_m, row.pupil->centre_m.x, row.psnr_db.field, row.psnr_db.unrefined,
               row.psnr_db.refined);

@@ -169,13 +169,13 @@ RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b
                                       const CompareOptions& options = {});
 
 struct QualityOptions {
-  std::vector<double> depths_m{};  // ascending; empty: nearest, farthest, a little in front
-  std::optional<Vec2> window_m{};  // of the pictures, around the axis; empty: as `quality` takes
-  std::optional<double> blur_m{};  // standard deviation; empty: 0.6 of sampling.pitch
-  bool views = true;               // at the first depth also through quarters of the hologram
+  std::vector<double> depths_m{};     // ascending; empty: nearest, farthest, a little in front
+  std::optional<Vec2> window_m{};     // of the pictures, around the axis; empty: as `quality` takes
+  std::optional<double> blur_m{};     // standard deviation; empty: 0.6 of sampling.pitch
+  bool views = true;                  // at the first depth also through quarters of the hologram
   std::vector<std::string> pupils{};  // ViewOptions::pupil, all places of each
-  int lens_points = 24;            // per axis
-  int border_px = 20;              // left out on every side
+  int lens_points = 24;               // per axis
+  int border_px = 20;                 // left out on every side
   DeviceOptions on{};
   Progress progress{};
 };
