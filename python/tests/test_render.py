@@ -111,8 +111,8 @@ def test_views_through_a_pupil_are_those_of_the_command_line(program, tmp_path):
         how += [] if pupil is None else ["--pupil", pupil]
         subprocess.run([program, "reconstruct", tmp_path / "report.json", *how], check=True)
         subprocess.run([program, "lens", file, *how, "--lens-points", "6", *sets], check=True)
-        shown = exr((tmp_path / f"reconstruction{ending}_-3mm.exr").read_bytes())
-        seen = exr((tmp_path / f"lens{ending}_-3mm.exr").read_bytes())
+        shown = exr((tmp_path / f"reconstruction_-3mm{ending}.exr").read_bytes())
+        seen = exr((tmp_path / f"lens_-3mm{ending}.exr").read_bytes())
         assert np.array_equal(shown, rw.reconstruct(holo, -3e-3, pupil=pupil))
         assert np.array_equal(seen, rw.lens(scene, -3e-3, pupil=pupil, points=6))
     subprocess.run([program, "quality", file, "-o", tmp_path, "--lens-points", "3", "--quiet",
