@@ -202,8 +202,8 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
 }
 
 /// Light from a hologram's pixels to the samples of a pupil's plane that are open, and from there
-/// to a place of the plane z: Fresnel's integral through an eyepiece (Collins), whose last element d
-/// no intensity sees.
+/// to a place of the plane z: Fresnel's integral through an eyepiece (Collins), whose last element
+/// d no intensity sees.
 double intensity_through_pupil(const Optics& optics, const PictureGrid& grid,
                                const std::vector<Complex>& h, double d, glm::dvec2 place_m) {
   const auto& pupil = grid.pupil.value();
