@@ -7,7 +7,6 @@
 #include <nlohmann/json.hpp>
 
 #include "host/common/text.hpp"
-#include "host/evaluate/quality.hpp"
 #include "host/forecast/judged_pictures.hpp"
 #include "host/render.hpp"
 #include "host/view/compare.hpp"
@@ -154,7 +153,9 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
     if (row.aperture != glm::dvec2(1, 1))
       where += format(", from %g,%g", std::round(row.view.x * 100) / 100,
                       std::round(row.view.y * 100) / 100);
-    if (row.pupil) where += ", " + pupil_text(*row.pupil, Frame::eye);
+    if (row.pupil)
+      where += format(", from %.3g,%.3g mm", -1e3 * row.pupil->centre_m.x + 0.0,
+                      1e3 * row.pupil->centre_m.y);
     add(text_of(row.role), where, "%10.1f", row.psnr_db);
   }
   if (!figures.rows.empty()) add("light", "in the picture", "%10.2f", figures.light);
@@ -178,7 +179,10 @@ Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop
                             {"view", {row.view.x, row.view.y}},
                             {"aperture", {row.aperture.x, row.aperture.y}},
                             {"psnr_db", json_of(row.psnr_db)}});
-    if (row.pupil) json["rows"].back()["pupil"] = raywave::json_of(*row.pupil);
+    if (row.pupil)
+      json["rows"].back()["pupil"] = {
+          {"diameter_m", row.pupil->diameter_m},
+          {"position_m", {row.pupil->centre_m.x, row.pupil->centre_m.y}}};
   }
   if (!figures.rows.empty()) {
     json["window_m"] = {figures.window_m.x, figures.window_m.y};
