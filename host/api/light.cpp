@@ -22,6 +22,7 @@
 #include "host/view/compare.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/preview.hpp"
+#include "host/view/pupil.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave::v0 {
@@ -199,11 +200,21 @@ FieldDouble propagate(const FieldDoubleView& field, const Pixels& pixels, double
 
 namespace {
 
-Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& options) {
+/// What is looked through: the first of the pupils that are asked for.
+std::optional<Pupil> pupil_of(const ViewOptions& options, const ViewerSpec& viewer) {
+  const bool is_part = options.view != Vec2{0, 0} || options.aperture != Vec2{1, 1};
+  std::vector<std::string> given;
+  if (options.pupil) given = {*options.pupil};
+  return pupils_asked(given, viewer, Frame::hologram, is_part, "pupil").front();
+}
+
+Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& options,
+                    const ViewerSpec& viewer = {}) {
   const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
   const auto opened = open(options.on);
-  const ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
-                             vector_of(options.aperture)};
+  ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
+                       vector_of(options.aperture)};
+  what.pupil = pupil_of(options, viewer);
   return as_picture(raywave::reconstruct(opened.device, opened.fft, field, hologram, what,
                                          share_of(options.progress, "reconstruction")));
 }
@@ -212,7 +223,8 @@ Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& o
 Picture reconstruct_shown(const Hologram& hologram, const ViewOptions& options) {
   auto field = field_of(hologram.shown(), "hologram");
   field.source = hologram.state().lasers[hologram.first_laser()].result.panel->source();
-  return reconstruct(std::move(field), hologram.pixels(), options);
+  const auto scene = hologram.scene();
+  return reconstruct(std::move(field), hologram.pixels(), options, scene.state().scenes[0].viewer);
 }
 
 }  // namespace
@@ -265,8 +277,9 @@ Picture seen_by_lens(const Scene& scene, const DeviceOptions& on, const Progress
 }  // namespace
 
 Picture lens(const Scene& scene, const ViewOptions& options, int points) {
-  const LensSpec what{options.z_m, window_of(options), vector_of(options.view),
-                      vector_of(options.aperture), points};
+  LensSpec what{options.z_m, window_of(options), vector_of(options.view),
+                vector_of(options.aperture), points};
+  what.pupil = pupil_of(options, scene.state().scenes[0].viewer);
   return seen_by_lens(scene, options.on, options.progress,
                       [&](const auto&, const auto&) { return what; });
 }
@@ -372,6 +385,9 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
   how.progress = progress_of(options.progress);
   const auto scene = hologram.scene();
   const auto& scenes = scene.state().scenes;
+  for (const auto& pupil :
+       pupils_asked(options.pupils, scenes[0].viewer, Frame::hologram, false, "pupils"))
+    if (pupil) what.pupils.push_back(*pupil);
   LensPictures lens;
   const auto result =
       assess(opened.device, scenes, scene.state().world(), rendered_of(hologram), how, what, lens);
@@ -382,6 +398,10 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
                     as_comparison(row.figures, is_colour),
                     as_comparison(row.field_figures, is_colour), row.light_share, row.haze,
                     as_picture(row.lens), as_picture(row.hologram)});
+    if (row.pupil) {
+      rows.back().pupil_m = row.pupil->diameter_m;
+      rows.back().pupil_place_m = {row.pupil->centre_m.x, row.pupil->centre_m.y};
+    }
   }
   return rows;
 }

@@ -20,6 +20,7 @@
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
+#include "host/view/pupil.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -290,31 +291,7 @@ void PupilOption::add_to(CLI::App& command) {
 
 std::vector<std::optional<Pupil>> PupilOption::pupils(const ViewerSpec& viewer, Frame frame,
                                                       bool is_part) const {
-  std::vector<std::optional<Pupil>> all;
-  const auto add_all = [&] {
-    for (const auto& pupil : pupils_of(viewer)) all.emplace_back(pupil);
-  };
-  for (const auto& text : given) {
-    const auto at = text.find('@');
-    const auto size = text.substr(0, at);
-    auto one = viewer;
-    if (size != "scene" && size != "none") {
-      one.pupil_m = positive_length_m(size, "--pupil");
-      one.pupil_places_m.clear();
-    }
-    if (at != std::string::npos) {
-      const auto [x, y] = two_parts(text.substr(at + 1), ',', "--pupil");
-      const glm::dvec2 place_m(given_length_m(x, "--pupil"), given_length_m(y, "--pupil"));
-      one.pupil_places_m = {in_frame(place_m, frame)};
-    }
-    if (size == "none")
-      all.emplace_back();
-    else
-      for (const auto& pupil : pupils_of(one)) all.emplace_back(pupil);
-  }
-  if (given.empty() && viewer.eyepiece_m && !is_part) add_all();
-  if (all.empty()) all.emplace_back();
-  return all;
+  return pupils_asked(given, viewer, frame, is_part, "--pupil");
 }
 
 std::string name_of_pupil(std::size_t number, std::size_t count) {

@@ -112,14 +112,29 @@ void require_phases(const SlmSpec& slm) {
                      "\": refine changes phases; give an SLM of phase, encoding = \"phase\"");
 }
 
+/// All of the hologram; behind an eyepiece through a pupil.
+KeyPlace whole_at(double z_m, const std::optional<Pupil>& pupil) {
+  return {z_m, {0, 0}, {1, 1}, 1, 0, pupil};
+}
+
 /// Depths between those that are optimised, and views from elsewhere: what tells whether the
 /// refinement carries over.
-std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> depths_m,
-                                                        double near_m) {
+///
+/// pupils  that are looked through; none: parts of the hologram are
+std::vector<std::pair<KeyRole, KeyPlace>> unseen_places(std::vector<double> depths_m, double near_m,
+                                                        const std::vector<Pupil>& pupils) {
   std::vector<std::pair<KeyRole, KeyPlace>> places;
   std::sort(depths_m.begin(), depths_m.end());
+  const auto first = pupils.empty() ? std::nullopt : std::optional(pupils.front());
   for (std::size_t i = 1; i < depths_m.size(); ++i)
-    places.push_back({KeyRole::held_out, {(depths_m[i - 1] + depths_m[i]) / 2}});
+    places.push_back({KeyRole::held_out, whole_at((depths_m[i - 1] + depths_m[i]) / 2, first)});
+  for (std::size_t i = 1; i < pupils.size(); ++i) {
+    auto between = pupils[i];
+    between.centre_m = (between.centre_m + pupils[i - 1].centre_m) / 2.0;
+    places.push_back({KeyRole::unseen_view, whole_at(near_m, between)});
+    places.push_back({KeyRole::unseen_view, whole_at(near_m, pupils[i])});
+  }
+  if (!pupils.empty()) return places;
   for (const glm::dvec2 view : {glm::dvec2(-0.5, 0), {0.5, 0}, {0.25, 0.25}, {-0.35, -0.1}})
     places.push_back({KeyRole::unseen_view, {near_m, view, {0.5, 0.5}}});
   return places;
@@ -235,11 +250,14 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
 
     std::vector<double> depths_m;
     std::vector<std::pair<KeyRole, KeyPlace>> unseen;
+    const auto pupils =
+        settings.viewer.eyepiece_m ? pupils_of(settings.viewer) : std::vector<Pupil>();
+    const auto first = pupils.empty() ? std::nullopt : std::optional(pupils.front());
     for (std::size_t k = 0; k < task.refined.keys.size(); ++k) {
       const auto& key = task.refined.keys[k];
-      if (key.samples) {  // the whole hologram at the depths of its parts
+      if (key.samples || key.pupil) {  // the whole hologram at the depths of its parts
         if (std::find(depths_m.begin(), depths_m.end(), key.z_m) != depths_m.end()) continue;
-        unseen.push_back({KeyRole::optimised, {key.z_m}});
+        unseen.push_back({KeyRole::optimised, whole_at(key.z_m, first)});
       } else if (key.aperture == glm::dvec2(1, 1)) {
         task.judged.push_back({KeyRole::optimised, key});
       } else {
@@ -248,7 +266,8 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
       depths_m.push_back(key.z_m);
     }
     std::sort(depths_m.begin(), depths_m.end());
-    for (const auto& place : unseen_places(depths_m, plan.extent.near_m)) unseen.push_back(place);
+    for (const auto& place : unseen_places(depths_m, plan.extent.near_m, pupils))
+      unseen.push_back(place);
     if (arrays)
       arrays->show(plan);
     else

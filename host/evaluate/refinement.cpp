@@ -96,13 +96,14 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
     spec.window_m = key.window_m();
     spec.view = key.view;
     spec.aperture = key.aperture;
+    spec.pupil = key.pupil;
     const auto size = picture_size(spec.window_m, hologram.resolution, hologram.pitch_m);
     figures.window_m = glm::max(figures.window_m, glm::dvec2(size) * hologram.pitch_m);
     const auto seen =
         averaged(refinement::blurred_picture(key, blur_m, size, hologram.pitch_m), square_px);
     const auto even = even_part(seen);
     const bool any_even = std::find(even.begin(), even.end(), true) != even.end();
-    RefinementRow row{judged.role, key.z_m, key.view, key.aperture, {}};
+    RefinementRow row{judged.role, key.z_m, key.view, key.aperture, key.pupil, {}};
     Gain light, speckle;
     const auto look = [&](FieldStack JudgedHolograms::*which, double& psnr_db, double& share,
                           double& c) {
@@ -136,7 +137,7 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
   std::string text;
   const auto add = [&](const char* what, const std::string& where, const char* how,
                        const Gain& gain) {
-    text += format("%-10s  %-28s", what, where.c_str());
+    text += format("%-10s  %-38s", what, where.c_str());
     for (const double value : {gain.field, gain.unrefined, gain.refined})
       text += format(how, value);
     text += "\n";
@@ -146,12 +147,15 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
         "window " + PictureWindow::around_axis(figures.window_m).text() + ", blur " +
         length_text(std::round(figures.blur_m * 1e7) / 1e7) + ", border " +
         std::to_string(figures.border_px) + " px\n" +
-        format("%-10s  %-28s%10s%10s%10s\n", "PSNR, dB", "depth", "field", "unrefined", "refined");
+        format("%-10s  %-38s%10s%10s%10s\n", "PSNR, dB", "depth", "field", "unrefined", "refined");
   for (const auto& row : figures.rows) {
     std::string where = length_text(row.z_m);
     if (row.aperture != glm::dvec2(1, 1))
       where += format(", from %g,%g", std::round(row.view.x * 100) / 100,
                       std::round(row.view.y * 100) / 100);
+    if (row.pupil)
+      where += format(", from %.3g,%.3g mm", -1e3 * row.pupil->centre_m.x + 0.0,
+                      1e3 * row.pupil->centre_m.y);
     add(text_of(row.role), where, "%10.1f", row.psnr_db);
   }
   if (!figures.rows.empty()) add("light", "in the picture", "%10.2f", figures.light);
@@ -175,6 +179,10 @@ Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop
                             {"view", {row.view.x, row.view.y}},
                             {"aperture", {row.aperture.x, row.aperture.y}},
                             {"psnr_db", json_of(row.psnr_db)}});
+    if (row.pupil)
+      json["rows"].back()["pupil"] = {
+          {"diameter_m", row.pupil->diameter_m},
+          {"position_m", {row.pupil->centre_m.x, row.pupil->centre_m.y}}};
   }
   if (!figures.rows.empty()) {
     json["window_m"] = {figures.window_m.x, figures.window_m.y};

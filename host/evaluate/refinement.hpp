@@ -35,6 +35,7 @@ struct RefinementRow {
   KeyRole role = KeyRole::optimised;
   double z_m = 0;
   glm::dvec2 view{0, 0}, aperture{1, 1};
+  std::optional<Pupil> pupil{};
   Gain psnr_db;
 };
 

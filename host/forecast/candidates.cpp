@@ -250,11 +250,11 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     if (!scene_.refine) {
       c.iterations = 0;
       add_choice(1);
-      if (!serves_samples(plan) || !may_refine(scene_)) continue;
+      if (!serves_samples(plan, scene_.viewer) || !may_refine(scene_)) continue;
       auto paced = plan;
       paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
-      paced.refine->pupil_m = scene_.viewer.pupil_m;
-      const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer.pupil_m);
+      paced.refine->viewer = scene_.viewer;
+      const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer);
       for (const int iterations : paced_tried) {
         if (iterations < least) continue;
         paced.refine->iterations = iterations;

@@ -144,16 +144,26 @@ void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Wo
     const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
                                         plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
                              .hold();
-    const double look = of_samples ? open * looking(1, 1)
-                        : fresnel  ? open * looking(refine_padding, 1)
-                                   : looking(exact_padding, exact_transforms);
+    const auto through_pupil = [&] {
+      const glm::dvec2 sides =
+          samples_through_pupil(place, plan.hologram.size, plan.hologram.pitch_m, blur_m);
+      const double plane = sides.x * sides.y;
+      return plane * (std::log2(plane) + of_pixel);
+    };
+    const double look = place.pupil  ? through_pupil()
+                        : of_samples ? open * looking(1, 1)
+                        : fresnel    ? open * looking(refine_padding, 1)
+                                     : looking(exact_padding, exact_transforms);
     all_looks += look;
     drawn_looks += place.times * look;
     draws += place.times;
   }
   const double iterations = planned_iterations(plan);
-  // An iteration takes a round: all of the hologram
-  const double each = of_samples ? looking(1, 1) : drawn_looks / draws;
+  // An iteration takes a round: all parts of the hologram, or of the pupil's plane beyond it
+  const bool has_pupil = places.back().pupil.has_value();
+  const double each = has_pupil    ? looking(1, 1) + all_looks / (places.back().round + 1)
+                      : of_samples ? looking(1, 1)
+                                   : drawn_looks / draws;
   work.refine_butterflies = frames * iterations * 2 * each + (frames - 1) * all_looks;
   if (of_samples)
     work.picture_butterflies = butterflies_of_a_paced_sample * iterations * work.samples;

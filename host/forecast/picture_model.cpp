@@ -423,9 +423,9 @@ void set_refinement(PictureModel& model, const Plan& plan) {
   model.pace = {};
   model.refined_depths = 0;
   if (refines_samples(plan)) {
-    const auto parts = refine_parts(plan, blur_m, refine.pupil_m);
+    const auto parts = refine_parts(plan, blur_m, refine.viewer);
     model.pace = {planned_iterations(plan), parts.x * parts.y,
-                  depth_over_held(plan, blur_m, refine.pupil_m)};
+                  depth_over_held(plan, blur_m, refine.viewer)};
     return;
   }
   const auto places = planned_places(plan);

@@ -369,7 +369,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     auto best = most_accurate(all);
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
-    const bool knows_refinement = candidates->plan().extent.near_m > 0;
+    const bool knows_refinement =
+        candidates->plan().extent.near_m > 0 || s.viewer.eyepiece_m.has_value();
     // Refined towards a lens, one frame may do what many refined towards samples take longer for
     const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
     if (knows_refinement && !(is_reached && without.iterations == 0) &&
@@ -380,10 +381,10 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
       if (const auto& most = most_accurate(all_refined); most.psnr_db > best.psnr_db) best = most;
       all_refined = with_frames(std::move(all_refined), shown);
       const auto& with = chosen(all_refined, goal);
-      const bool is_better =
-          is_reached ? is_sure(with, *goal.psnr_db) && with.seconds < without.seconds
-          : goal.psnr_db ? with.sure_db > without.sure_db
-                         : with.psnr_db > without.psnr_db;
+      const bool is_better = is_reached
+                                 ? is_sure(with, *goal.psnr_db) && with.seconds < without.seconds
+                             : goal.psnr_db ? with.sure_db > without.sure_db
+                                            : with.psnr_db > without.psnr_db;
       if (is_better && with.seconds <= goal.budget_s.value_or(with.seconds)) {
         if (!is_reached)
           why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +

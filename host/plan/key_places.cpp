@@ -107,59 +107,83 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
   return places;
 }
 
-glm::ivec2 refine_parts(const Plan& plan, double blur_m, double pupil_m) {
-  const auto window_m = plan.window_m();
+PartPlane part_plane(const Plan& plan, const ViewerSpec& viewer) {
+  const auto& h = plan.hologram;
   const double middle_m = (plan.extent.near_m + plan.extent.far_m) / 2;
-  auto wanted = glm::max(glm::round(window_m / pupil_m), 1.0);
+  if (!viewer.eyepiece_m) return {{}, plan.window_m(), {0, 0}, {1, 1}, middle_m};
+  const auto pupils = pupils_of(viewer);
+  const auto& first = pupils.front();
+  PartPlane plane{first,
+                  first.eyebox_m({h.size, h.pitch_m, h.wavelength_m}),
+                  {1, 1},
+                  {0, 0},
+                  std::abs(first.b_m + first.a * middle_m)};
+  for (const auto& pupil : pupils) {
+    const auto half_m = glm::dvec2(pupil.diameter_m / 2);
+    plane.low = glm::min(plane.low, 0.5 + (pupil.centre_m - half_m) / plane.size_m);
+    plane.high = glm::max(plane.high, 0.5 + (pupil.centre_m + half_m) / plane.size_m);
+  }
+  plane.low = glm::clamp(plane.low, 0.0, 1.0);
+  plane.high = glm::clamp(plane.high, 0.0, 1.0);
+  return plane;
+}
+
+glm::ivec2 refine_parts(const Plan& plan, double blur_m, const ViewerSpec& viewer) {
+  const auto plane = part_plane(plan, viewer);
+  auto wanted = glm::max(glm::round(plane.open_m() / viewer.pupil_m), 1.0);
+  if (plane.pupil) return glm::min(wanted, 1.0 * most_parts);
   if (wanted == glm::dvec2(1)) wanted = glm::dvec2(2);
-  const auto most = blur_m * window_m / (pixels_of_part * plan.hologram.wavelength_m * middle_m);
+  const auto most =
+      blur_m * plane.size_m / (pixels_of_part * plan.hologram.wavelength_m * plane.distance_m);
   return glm::max(glm::min(wanted, glm::min(most, 1.0 * most_parts)), 1.0);
 }
 
 namespace {
 
 /// Depth that the picture of a part holds, before and behind its own.
-double held_by_part_m(const Plan& plan, double blur_m, glm::ivec2 parts) {
-  const auto part_m = plan.window_m() / glm::dvec2(parts);
-  return held_blurs * blur_m * (plan.extent.near_m + plan.extent.far_m) / 2 /
-         std::max(part_m.x, part_m.y);
+double held_by_part_m(const PartPlane& plane, double blur_m, glm::ivec2 parts) {
+  const auto part_m = plane.open_m() / glm::dvec2(parts);
+  return held_blurs * blur_m * plane.distance_m / std::max(part_m.x, part_m.y);
 }
 
 }  // namespace
 
-double depth_over_held(const Plan& plan, double blur_m, double pupil_m) {
+double depth_over_held(const Plan& plan, double blur_m, const ViewerSpec& viewer) {
   return (plan.extent.far_m - plan.extent.near_m) /
-         held_by_part_m(plan, blur_m, refine_parts(plan, blur_m, pupil_m));
+         held_by_part_m(part_plane(plan, viewer), blur_m, refine_parts(plan, blur_m, viewer));
 }
 
-int least_paced_iterations(const Plan& plan, double blur_m, double pupil_m) {
-  return static_cast<int>(std::ceil(std::min(depth_over_held(plan, blur_m, pupil_m) / 1.4, 1e6)));
+int least_paced_iterations(const Plan& plan, double blur_m, const ViewerSpec& viewer) {
+  return static_cast<int>(std::ceil(std::min(depth_over_held(plan, blur_m, viewer) / 1.4, 1e6)));
 }
 
-bool serves_samples(const Plan& plan) {
-  return plan.samples.aimed && !plan.has_specular_samples() && plan.extent.near_m > 0;
+bool serves_samples(const Plan& plan, const ViewerSpec& viewer) {
+  return plan.samples.aimed && !plan.has_specular_samples() &&
+         (plan.extent.near_m > 0 || viewer.eyepiece_m);
 }
 
 bool refines_samples(const Plan& plan) {
   const auto& refine = plan.refine.value();
   if (refine.targets != RefineTargets::automatic) return refine.targets == RefineTargets::samples;
-  return serves_samples(plan) && refine.views == 0 &&
-         refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations;
+  return serves_samples(plan, refine.viewer) && refine.views == 0 &&
+         (refine.viewer.eyepiece_m ||
+          refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations);
 }
 
 std::vector<KeyPlace> planned_places(const Plan& plan) {
   const auto& refine = plan.refine.value();
   const double blur_m = refine.blur_m.value();
-  if (refines_samples(plan))
-    return part_places(plan, blur_m, refine.pupil_m, planned_iterations(plan), refine.depths_m);
+  if (refines_samples(plan) || refine.viewer.eyepiece_m)
+    return part_places(plan, blur_m, refine.viewer, planned_iterations(plan), refine.depths_m);
   return key_places(plan, blur_m, {refine.depths_m, refine.views});
 }
 
-std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
-                                  std::vector<double> depths_m) {
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, const ViewerSpec& viewer,
+                                  int iterations, std::vector<double> depths_m) {
   const double near_m = plan.extent.near_m, far_m = plan.extent.far_m;
-  const auto parts = refine_parts(plan, blur_m, pupil_m);
-  const double held_m = held_by_part_m(plan, blur_m, parts);
+  const auto plane = part_plane(plan, viewer);
+  const auto parts = refine_parts(plan, blur_m, viewer);
+  const double held_m = held_by_part_m(plane, blur_m, parts);
   const int enough =
       std::clamp(static_cast<int>(std::ceil((far_m - near_m) / (between_parts * held_m))) + 1, 3,
                  most_depths) |
@@ -178,13 +202,14 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
 
   std::vector<KeyPlace> places;
   const auto add_round = [&](int round, double z_m, glm::dvec2 shift) {
-    // Edges of the parts along each axis, in holograms
+    // Edges of the parts along each axis, in holograms or eyeboxes
     const auto edges = [&](int axis) {
       std::vector<double> at{0};
       const int n = parts[axis];
       for (int i = 0; i < n; ++i)
         if (n > 1 && i + shift[axis] > 0.01) at.push_back((i + shift[axis]) / n);
       at.push_back(1);
+      for (double& edge : at) edge = plane.low[axis] + edge * (plane.high - plane.low)[axis];
       return at;
     };
     const auto x = edges(0), y = edges(1);
@@ -194,7 +219,8 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_
                           {x[i] + x[i + 1] - 1, y[j] + y[j + 1] - 1},
                           {x[i + 1] - x[i], y[j + 1] - y[j]},
                           1,
-                          round});
+                          round,
+                          plane.pupil});
   };
   // The last iterations go through all depths once, and end with parts that begin at the edge.
   const int depths = static_cast<int>(depths_m.size()), rounds = std::min(iterations, 2 * depths);
@@ -211,7 +237,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
   bool views = false;
   for (const auto& place : places) {
     draws += place.times;
-    views = views || place.aperture != glm::dvec2(1, 1);
+    views = views || !place.is_whole();
   }
   return std::max(
       least_iterations,
@@ -221,6 +247,7 @@ int refine_iterations(const std::vector<KeyPlace>& places) {
 int planned_iterations(const Plan& plan) {
   const auto& refine = plan.refine.value();
   if (refines_samples(plan)) return refine.iterations.value_or(most_paced_iterations);
+  if (refine.viewer.eyepiece_m) return refine.iterations.value_or(least_iterations);
   return refine.iterations.value_or(
       refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
 }
@@ -230,6 +257,12 @@ glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dve
 glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {
   const auto pixel_m = glm::max(glm::dvec2(blur_m / pixels_per_blur), plan.hologram.pitch_m);
   return glm::max(glm::round(window_m / pixel_m), 1.0);
+}
+
+glm::ivec2 samples_through_pupil(const KeyPlace& place, glm::ivec2 plane, glm::dvec2 pitch_m,
+                                 double blur_m) {
+  const auto pixels = glm::min(blur_m / (pitch_m * place.larger()), 1e6);
+  return glm::ceil(glm::dvec2(plane) * glm::max(place.aperture, 1.0 / glm::max(pixels, 1.0)));
 }
 
 int key_lens_points(const KeyPlace& place, int points) {

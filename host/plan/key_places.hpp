@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <vector>
 
 #include "host/plan/plan.hpp"
@@ -18,7 +19,29 @@ struct KeyPlace {
   glm::dvec2 view{0, 0}, aperture{1, 1};
   int times = 1;
   int round = 0;  // places of one round open different parts of the hologram
+  // What looks, behind an eyepiece: all of it with the aperture (1, 1), else a part of its plane,
+  // in eyeboxes in place of holograms. Empty: the part of the hologram
+  std::optional<Pupil> pupil{};
+
+  bool is_whole() const { return aperture == glm::dvec2(1, 1); }
+  /// Sizes in the picture over those that the hologram's transform has there.
+  double larger() const { return pupil ? 1 + pupil->a * z_m / pupil->b_m : 1; }
 };
+
+/// The plane whose parts show pictures: the hologram, or behind an eyepiece that of the pupil, as
+/// far as the pupil's places reach.
+struct PartPlane {
+  std::optional<Pupil> pupil{};
+  glm::dvec2 size_m{1, 1};           // of the hologram, or of the eyebox
+  glm::dvec2 low{0, 0}, high{1, 1};  // what shows pictures, in its sizes from the bottom left
+  // Light of a part spreads by its width over this, for each metre of depth
+  double distance_m = 1;
+
+  glm::dvec2 open_m() const { return (high - low) * size_m; }
+};
+
+/// viewer  Scene::viewer, RefineSettings::viewer
+PartPlane part_plane(const Plan& plan, const ViewerSpec& viewer);
 
 struct KeySpec {
   std::vector<double> depths_m;  // of whole pictures; empty: refine_depths_m
@@ -36,20 +59,21 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 
 /// Rounds of parts: each opens all of the hologram, part by part, at a depth of its own. Parts are
 /// as large as the pupil, or halves of the hologram, where the blur hides what they do not resolve;
-/// those of each round begin elsewhere, so that no view falls on edges alone.
+/// those of each round begin elsewhere, so that no view falls on edges alone. Behind an eyepiece
+/// they are parts of the pupil's plane.
 /// Of few iterations each has a depth of its own, and they come from the scene's ends inwards.
 ///
 /// blur_m      > 0
 /// iterations  per frame, >= 1
 /// depths_m    in place of depths through the scene; may be empty
-std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, double pupil_m, int iterations,
-                                  std::vector<double> depths_m = {});
+std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, const ViewerSpec& viewer,
+                                  int iterations, std::vector<double> depths_m = {});
 
-/// Parts of the hologram along each axis.
-glm::ivec2 refine_parts(const Plan& plan, double blur_m, double pupil_m);
+/// Parts of the part_plane along each axis.
+glm::ivec2 refine_parts(const Plan& plan, double blur_m, const ViewerSpec& viewer);
 
 /// Depth of the scene over what the picture of a part holds.
-double depth_over_held(const Plan& plan, double blur_m, double pupil_m);
+double depth_over_held(const Plan& plan, double blur_m, const ViewerSpec& viewer);
 
 /// Iterations per frame that so many pictures need.
 int refine_iterations(const std::vector<KeyPlace>& places);
@@ -60,14 +84,14 @@ constexpr int most_paced_iterations = 12;
 
 /// Iterations towards pictures made of samples that reach all depths of the scene: with fewer,
 /// goals do not take them.
-int least_paced_iterations(const Plan& plan, double blur_m, double pupil_m);
+int least_paced_iterations(const Plan& plan, double blur_m, const ViewerSpec& viewer);
 
 /// True where pictures made of samples show what a lens sees: there are samples, and none is seen
 /// in mirrors or through glass.
-bool serves_samples(const Plan& plan);
+bool serves_samples(const Plan& plan, const ViewerSpec& viewer);
 
 /// True where a plan's hologram is refined towards pictures made of samples: as the scene says;
-/// where it does not, with few iterations and without views of its own.
+/// where it does not, with few iterations or behind an eyepiece, and without views of its own.
 bool refines_samples(const Plan& plan);
 
 /// The pictures that Plan::refine asks for.
@@ -81,6 +105,13 @@ glm::dvec2 refine_window_m(const Plan& plan);
 
 /// Columns and rows of a picture of this size: whole pixels, so that it ends where the window does.
 glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m);
+
+/// Samples of the plane of a picture through a part of a pupil's plane: all that the hologram
+/// lights, in pixels that the blur does not pass over.
+///
+/// plane  samples of the hologram, or of the pupil's plane
+glm::ivec2 samples_through_pupil(const KeyPlace& place, glm::ivec2 plane, glm::dvec2 pitch_m,
+                                 double blur_m);
 
 /// Points per axis of the lens that looks from a place.
 ///

@@ -116,6 +116,13 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
   return lattice;
 }
 
+glm::dvec2 steepest_of_masks(const Plan& plan) {
+  // Of light along one axis, farther off the axis along the other
+  const auto sine =
+      glm::min(plan.hologram.largest_sine + glm::abs(plan.slm.illumination.sine), 0.7);
+  return sine / std::sqrt(1 - std::min(glm::dot(sine, sine), 0.98));
+}
+
 glm::dvec2 limit_m(const Plan& plan, double z_m) {
   const auto limit = plan.hologram.wavelength_m * std::abs(z_m) / plan.window_m();
   if (!is_near_hologram(plan)) return limit;

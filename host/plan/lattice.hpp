@@ -49,6 +49,9 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 /// is no steeper than the pixels can show.
 inline bool is_near_hologram(const Plan& plan) { return plan.lattice.eye_m.z != 0; }
 
+/// Tangents that the visibility masks of such plans divide: of the steepest light that pixels show.
+glm::dvec2 steepest_of_masks(const Plan& plan);
+
 /// The smallest detail that the hologram shows at a depth, by axis: wavelength z / width, and near
 /// the hologram no less than a pixel.
 glm::dvec2 limit_m(const Plan& plan, double z_m);

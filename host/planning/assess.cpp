@@ -91,7 +91,8 @@ void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
                : "rays of a fan go to z > 0; give sampling.mode \"aimed\"");
   if (plan.specular.bounces > 0)
     refuse("mirrors and glass are followed at z > 0 only; give trace.depth 0, or move the scene");
-  if (scene.refine) refuse("[refine] knows pictures at z > 0 only; leave it out");
+  if (scene.refine && !scene.viewer.eyepiece_m)
+    refuse("[refine] knows pictures at z > 0 only, but behind an eyepiece; leave it out");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
       (scene.wrp.distances_m.front() > 0 ||
        (plan.extent.far_m > 0 && scene.wrp.distances_m.back() < 0)))
@@ -123,7 +124,7 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
     plan.slm.encoding = Encoding::phase;
     plan.refine = scene.refine;
     if (!plan.refine->blur_m) plan.refine->blur_m = blur_of_resolution * scene.sampling.pitch_m;
-    plan.refine->pupil_m = scene.viewer.pupil_m;
+    plan.refine->viewer = scene.viewer;
     if (plan.refine->targets == RefineTargets::samples && scene.sampling.mode == SamplingMode::fan)
       throw InputError(one_line(scene.file.string()) +
                        ": refine.targets \"samples\": rays of fans make no samples; give \"lens\"");
@@ -144,7 +145,8 @@ glm::dvec2 sine_for_eye(const ViewerSpec& viewer, const Plan& plan) {
     reach = glm::max(reach, (glm::abs(pupil.centre_m) + pupil.diameter_m / 2 +
                              std::abs(pupil.a) * plan.window_m() / 2.0) /
                                 std::abs(pupil.b_m));
-  const double kept = plan.slm.encoding == Encoding::double_phase ? most_filled_by_double_phase : 1;
+  const bool is_apart = plan.slm.encoding == Encoding::double_phase || plan.refine;
+  const double kept = is_apart ? most_filled_by_double_phase : 1;
   return glm::min(reach, kept * plan.hologram.largest_sine);
 }
 
@@ -175,7 +177,7 @@ bool meets_hologram(const Scene& scene, const World& world) {
   const bool has_bounces =
       scene.trace.depth != 0 &&
       lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
-  return !has_bounces && !scene.refine;
+  return !has_bounces && (!scene.refine || scene.viewer.eyepiece_m);
 }
 
 Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,

@@ -38,8 +38,16 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
   const auto window_m = plan.refine->window_m.value_or(refine_window_m(plan));
   const double pixels = static_cast<double>(area(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
-  double wanted = 0, largest = 0;
+  double wanted = 0, largest = 0, in_pupil = 0;
   for (const auto& place : planned_places(plan)) {
+    if (place.pupil) {
+      const double samples = static_cast<double>(area(samples_through_pupil(
+          place, plan.hologram.size, plan.hologram.pitch_m, plan.refine->blur_m.value())));
+      in_pupil = 2 * pixels;
+      wanted += samples;
+      largest = std::max(largest, samples);
+      continue;
+    }
     const auto shown_m = plan.hologram.wavelength_m * std::abs(place.z_m) / plan.hologram.pitch_m,
                share = place.aperture * glm::min(window_m / shown_m, 1.0);
     wanted += share.x * share.y * planes;
@@ -50,7 +58,7 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
   };
   // A frame for the encoding; intensities, what is blurred of them, and a picture
   needs.push_back(
-      {"light of the pictures", bytes(8, pixels + planes) + bytes(14, largest), advice});
+      {"light of the pictures", bytes(8, pixels + planes + in_pupil) + bytes(14, largest), advice});
   if (refines_samples(plan)) all.host_bytes += bytes(24, largest);  // rasters of samples
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});

@@ -9,6 +9,7 @@
 #include <glm/geometric.hpp>
 #include <numbers>
 
+#include "host/plan/lattice.hpp"
 #include "host/reference/looks.hpp"
 #include "host/reference/rays.hpp"
 
@@ -354,7 +355,12 @@ double amplitude_towards(const Gathering& what, std::size_t index, glm::dvec3 to
 double smooth_share(const Gathering& what, std::size_t sample, glm::dvec2 place_m) {
   const int parts = what.visibility_parts;
   const auto half_m = half_window(what.plan) * std::max(1.0, what.plan.cone.half_width);
-  const auto at = (place_m / half_m + 1.0) * (parts / 2.0) - 0.5;
+  const auto p = place(what.samples[sample]) + what.plan.extent.origin_m;
+  // Near the hologram masks divide directions
+  const auto in_mask = is_near_hologram(what.plan)
+                           ? (place_m - dvec2(p)) / p.z / steepest_of_masks(what.plan)
+                           : place_m / half_m;
+  const auto at = (in_mask + 1.0) * (parts / 2.0) - 0.5;
   double share = 0;
   for (int j = -2; j < parts + 2; ++j) {
     for (int i = -2; i < parts + 2; ++i) {

@@ -32,20 +32,42 @@ int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 /// Samples from a row of a hologram to the next.
 int row_pitch(glm::ivec2 size) { return whole_packets(size.x) + packet; }
 
-/// The chirp of a Fresnel propagation along one axis, from a plane z away to the hologram and
-/// conjugated, in the open part; zeros follow up to whole packets. A second, linear phase puts the
-/// axis in the middle of the transform. Only these few numbers need more than a float's digits.
-std::vector<Sample> fresnel_chirp(double wavelength_m, double z_m, double pitch_m, int hologram,
-                                  int first, int count, int padded) {
-  std::vector<Sample> chirp(count_of(whole_packets(count)));
-  for (int i = 0; i < count; ++i) {
-    const double x_m = (first + i - (hologram - 1) / 2.0) * pitch_m;
-    const double turns =
-        -x_m * x_m / (2 * wavelength_m * z_m) - (padded - 1.0) / (2.0 * padded) * i;
-    chirp[count_of(i)] =
-        Sample(std::polar(1.0, 2 * std::numbers::pi * (turns - std::round(turns))));
+/// Part of a line of `all` samples, of which `count` from number `first` on are open.
+struct OpenLine {
+  int all, first, count;
+};
+
+/// The chirp before a transform: `curve` turns times the square of a sample's place, counted from
+/// the line's middle, and `slope` turns from sample to sample, which put the axis in the middle of
+/// the transform; zeros follow up to whole packets. Only these few numbers need more than a float's
+/// digits.
+std::vector<Sample> chirp(const OpenLine& line, double curve, double slope, double factor = 1) {
+  std::vector<Sample> values(count_of(whole_packets(line.count)));
+  for (int i = 0; i < line.count; ++i) {
+    const double place = line.first + i - (line.all - 1) / 2.0,
+                 turns = curve * place * place + slope * i;
+    values[count_of(i)] =
+        Sample(std::polar(factor, 2 * std::numbers::pi * (turns - std::round(turns))));
   }
-  return chirp;
+  return values;
+}
+
+/// Turns from sample to sample that put the middle of a transform of n at its frequency zero.
+double to_middle(int n) { return (n - 1.0) / (2.0 * n); }
+
+/// The chirp of a key along one axis: of a Fresnel propagation from a plane z away to the hologram,
+/// conjugated, or of the hologram's transform to that plane.
+std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int axis) {
+  const double pitch_m = optics.pitch_m[axis], lambda = optics.wavelength_m;
+  const int n = optics.size[axis], padded = grid.size[axis];
+  OpenLine line{n, grid.open.first[axis], grid.open.size[axis]};
+  if (!grid.pupil)
+    return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m), -to_middle(padded));
+  line.all = optics.pupil_plane[axis];
+  const double bent_z_m = grid.z_m * grid.pupil->b_m / grid.distance_m,
+               per_sample = 1 / (line.all * pitch_m);  // cycles per metre
+  return chirp(line, lambda * bent_z_m * per_sample * per_sample / 2,
+               (n - 1.0) / (2.0 * line.all) - to_middle(padded));
 }
 
 /// A sample over its modulus; 1 for zero.
@@ -55,6 +77,25 @@ Sample phase_of(const Sample& value) {
   if (!(square > 0)) return 1;
   const double inverse = 1 / std::sqrt(square);
   return {static_cast<float>(re * inverse), static_cast<float>(im * inverse)};
+}
+
+/// The amplitude that nine of ten lit samples do not exceed; 0: none is lit.
+double clip_of(const cl::ComplexBuffer& field) {
+  constexpr std::size_t stride = 17;
+  constexpr float least_lit = 0.02f;
+  std::vector<float> amplitudes;
+  field.on_host(
+      [&](std::span<const Sample> samples) {
+        for (std::size_t i = 0; i < samples.size(); i += stride)
+          amplitudes.push_back(std::abs(samples[i]));
+      },
+      0, field.size());
+  const float dark = least_lit * *std::max_element(amplitudes.begin(), amplitudes.end());
+  std::erase_if(amplitudes, [dark](float a) { return !(a > dark); });
+  if (amplitudes.empty()) return 0;
+  const auto nth = amplitudes.begin() + static_cast<std::ptrdiff_t>(amplitudes.size() / 10 * 9);
+  std::nth_element(amplitudes.begin(), nth, amplitudes.end());
+  return *nth;
 }
 
 /// 1 in the open part of an axis, 0 elsewhere.
@@ -108,11 +149,12 @@ void PhaseStack::take(const FieldStack& field) {
   });
 }
 
-void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count,
-                      int frame) {
+void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec2 count, int frame,
+                      bool keeps_amplitudes) {
   if (!take_phases_) take_phases_ = program_of(device_).kernel("take_phases");
+  const double clip = keeps_amplitudes ? clip_of(field) : 0;
   run_rows(device_, *take_phases_, count.x, count.y, field, count.x, count.y, samples,
-           first(frame, from), pitch_);
+           first(frame, from), pitch_, static_cast<float>(clip > 0 ? 1 / clip : 0));
 }
 
 const cl::ComplexBuffer& PhaseStack::frame(int frame) {
@@ -143,6 +185,9 @@ struct Light::State {
         program(program_of(its_device)),
         beam(its_device, 1, "light on pixels") {}
   void take_beam();
+  void fit_pupil(const Pupil& pupil);
+  PlanePart live_in_pupil() const;
+  void transform_pupil(cl::ComplexBuffer& plane, bool inverse);
   void fit(const Optics& its_optics, std::vector<PictureGrid> its_grids);
 
   /// Tables of a key, beside its grid.
@@ -163,6 +208,8 @@ struct Light::State {
   const cl::ComplexBuffer& back(std::size_t key);
   int back_pitch(std::size_t key) const { return fresnel(key) ? grids[key].size.x : optics.size.x; }
   cl::Kernel& kernel(const char* name);
+  /// Transforms that serve planes of this size.
+  void fit_transform(glm::ivec2 size, glm::ivec2 live);
 
   cl::Device device;
   cl::FftBackend backend;
@@ -178,6 +225,11 @@ struct Light::State {
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
   cl::ComplexBuffer at_hologram;  // field of the exact propagation
+  // The hologram's light in the pupil's plane, and what parts of it add; the hologram's tables.
+  // Packets read beyond the last row's end
+  cl::ComplexBuffer in_pupil, added_in_pupil;
+  std::optional<Tables> to_pupil;
+  std::optional<cl::Kernel> spread_of_pupil;  // where the beam is in the light already
   int transforms = 0;
 };
 
@@ -190,6 +242,9 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
   transforms = 0;
   double farthest_m = 0;
   for (const auto& grid : grids) farthest_m = std::max(farthest_m, grid.z_m);
+  to_pupil.reset();
+  for (const auto& grid : grids)
+    if (grid.pupil && !to_pupil) fit_pupil(*grid.pupil);
   std::vector<std::size_t> largest;  // by slot
   for (std::size_t key = 0; key < grids.size(); ++key) {
     const auto& grid = grids[key];
@@ -203,18 +258,9 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
     const auto n = optics.size, first = grid.open.first, count = grid.open.size;
     if (fresnel(key)) {
       t.open = grid.open;
-      t.column_chirp = on_device(fresnel_chirp(optics.wavelength_m, grid.z_m, optics.pitch_m.x, n.x,
-                                               first.x, count.x, grid.size.x));
-      t.row_chirp = on_device(fresnel_chirp(optics.wavelength_m, grid.z_m, optics.pitch_m.y, n.y,
-                                            first.y, count.y, grid.size.y));
-      const std::pair shape(grid.size.x, grid.size.y);
-      if (backend == cl::FftBackend::host) {
-        host_ffts.try_emplace(shape, count_of(shape.first), count_of(shape.second));
-      } else if (!device_ffts.contains(shape)) {
-        device_ffts.emplace(shape, cl::make_fft(device, backend,
-                                                {count_of(shape.first), count_of(shape.second),
-                                                 count_of(count.x), count_of(count.y)}));
-      }
+      t.column_chirp = on_device(chirp_of(optics, grid, 0));
+      t.row_chirp = on_device(chirp_of(optics, grid, 1));
+      fit_transform(grid.size, count);
     } else {
       t.open = {{0, 0}, n};
       t.column_chirp = on_device(mask(n.x, first.x, count.x));
@@ -235,6 +281,68 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
     planes[slot] = {};  // frees the old memory first
     planes[slot] = {device, largest[slot], "light of the pictures"};
   }
+}
+
+void Light::State::fit_transform(glm::ivec2 size, glm::ivec2 live) {
+  const std::pair shape(size.x, size.y);
+  if (backend == cl::FftBackend::host) {
+    host_ffts.try_emplace(shape, count_of(size.x), count_of(size.y));
+  } else if (!device_ffts.contains(shape)) {
+    device_ffts.emplace(shape, cl::make_fft(device, backend,
+                                            {count_of(size.x), count_of(size.y), count_of(live.x),
+                                             count_of(live.y)}));
+  }
+}
+
+void Light::State::fit_pupil(const Pupil& pupil) {
+  const auto n = optics.size, all = optics.pupil_plane;
+  fit_transform(all, all);
+  to_pupil.emplace();
+  to_pupil->open = {{0, 0}, n};
+  const auto table = [&](int axis) {
+    const auto pitch_m = optics.pitch_m[axis];
+    const auto values = chirp({n[axis], 0, n[axis]},
+                              pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
+                              to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis]));
+    return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
+  };
+  to_pupil->column_chirp = table(0);
+  to_pupil->row_chirp = table(1);
+  const auto samples = area(all) + packet;
+  if (in_pupil.size() == samples) return;
+  in_pupil = {};  // frees the old memory first
+  added_in_pupil = {};
+  in_pupil = {device, samples, "light in the pupil's plane"};
+  added_in_pupil = {device, samples, "changes in the pupil's plane"};
+  in_pupil.fill_zero();
+}
+
+/// Around all parts that are open.
+PlanePart Light::State::live_in_pupil() const {
+  glm::ivec2 low = optics.pupil_plane, high(0);
+  for (const auto& grid : grids) {
+    if (!grid.pupil) continue;
+    low = glm::min(low, grid.open.first);
+    high = glm::max(high, grid.open.first + grid.open.size);
+  }
+  return {{count_of(low.x), count_of(high.x - low.x)}, {count_of(low.y), count_of(high.y - low.y)}};
+}
+
+/// inverse: from the pupil to the hologram
+void Light::State::transform_pupil(cl::ComplexBuffer& plane, bool inverse) {
+  ++transforms;
+  const auto n = optics.size;
+  const std::pair shape(optics.pupil_plane.x, optics.pupil_plane.y);
+  if (backend != cl::FftBackend::host) {
+    auto& fft = *device_ffts.at(shape);
+    return inverse ? fft.inverse(plane) : fft.forward(plane);
+  }
+  auto& fft = host_ffts.at(shape);
+  const PlanePart hologram{{0, count_of(n.x)}, {0, count_of(n.y)}};
+  plane.on_host([&](std::span<Sample> samples) {
+    inverse ? fft.inverse(samples.data(), live_in_pupil(), hologram)
+            : fft.forward(samples.data(), hologram, live_in_pupil());
+  });
 }
 
 void Light::State::take_beam() {
@@ -291,6 +399,14 @@ void Light::State::transform(std::size_t key, bool inverse) {
 void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t key,
                           cl::ComplexBuffer& to, int nx, int columns, int rows) {
   const auto& t = tables[key];
+  if (grids[key].pupil) {
+    if (!spread_of_pupil) spread_of_pupil = program_of(device).kernel("spread");
+    const int pitch = optics.pupil_plane.x;
+    const auto from = static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x);
+    return run_rows(device, *spread_of_pupil, columns, rows, in_pupil, from, pitch, beam, from,
+                    t.column_chirp, t.row_chirp, t.open.size.x, t.open.size.y, to, nx, columns,
+                    rows);
+  }
   run_rows(device, kernel("spread"), columns, rows, holograms.samples,
            holograms.first(frame, t.open.first), holograms.pitch(), beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
@@ -359,6 +475,32 @@ OpenPart Light::read_back(std::size_t key) const {
   return {{0, 0}, grid.size};
 }
 
+void Light::enter_pupil(const PhaseStack& holograms, int frame) {
+  auto& s = *state_;
+  if (!s.to_pupil) return;
+  const auto& t = *s.to_pupil;
+  const auto n = s.optics.size,
+             written = s.backend == cl::FftBackend::host ? n : s.optics.pupil_plane;
+  run_rows(s.device, s.kernel("spread"), written.x, written.y, holograms.samples,
+           holograms.first(frame, {0, 0}), holograms.pitch(), s.beam, holograms.first(0, {0, 0}),
+           t.column_chirp, t.row_chirp, n.x, n.y, s.in_pupil, s.optics.pupil_plane.x, written.x,
+           written.y);
+  s.transform_pupil(s.in_pupil, false);
+  s.added_in_pupil.fill_zero();
+}
+
+void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
+  auto& s = *state_;
+  if (!s.to_pupil) return;
+  const auto& t = *s.to_pupil;
+  const auto n = s.optics.size;
+  s.transform_pupil(s.added_in_pupil, true);
+  run_rows(s.device, s.kernel("step_phase"), n.x, n.y, holograms.samples,
+           holograms.first(frame, {0, 0}), holograms.pitch(), s.beam, holograms.first(0, {0, 0}),
+           t.column_chirp, t.row_chirp, n.x, n.y, s.added_in_pupil, s.optics.pupil_plane.x,
+           static_cast<float>(step));
+}
+
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   auto& s = *state_;
   const auto& grid = s.grids[key];
@@ -378,6 +520,13 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
   const auto& t = s.tables[key];
   const auto& change = s.back(key);
   const double factor = unitary(key);
+  if (s.grids[key].pupil) {
+    const int pitch = s.optics.pupil_plane.x;
+    return run_rows(s.device, s.kernel("put_back"), t.open.size.x, t.open.size.y, s.added_in_pupil,
+                    static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x), pitch,
+                    t.column_chirp, t.row_chirp, t.open.size.x, t.open.size.y, change,
+                    s.back_pitch(key), static_cast<float>(factor * factor));
+  }
   run_rows(s.device, s.kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
            holograms.first(frame, t.open.first), holograms.pitch(), s.beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,

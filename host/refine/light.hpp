@@ -25,7 +25,11 @@ public:
   /// Takes the phases of all frames of the host's fields; zero samples have phase 0.
   void take(const FieldStack& field);
   /// The same of a tile of a frame, rows without gaps in device memory.
-  void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame);
+  ///
+  /// keeps_amplitudes  neighbouring phases differ so that the tile's amplitudes are kept, all but
+  ///                   the largest tenth
+  void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame,
+            bool keeps_amplitudes = false);
 
   FieldStack read() const;
   /// The samples of a frame, rows without gaps; valid until the next call.
@@ -68,11 +72,15 @@ public:
   /// the host that is the region alone.
   OpenPart read_back(std::size_t key) const;
 
+  /// Carries the hologram to the pupil's plane, where keys have a pupil: before they are shown.
+  void enter_pupil(const PhaseStack& holograms, int frame);
   /// plane = A hologram, times the beam where the light on the SLM is not even.
   void show(const PhaseStack& holograms, int frame, std::size_t key);
   /// hologram = phase of (hologram [times the beam] + step A* plane), A being unitary but for the
-  /// parts that aperture and region cut off.
+  /// parts that aperture and region cut off. Of keys with a pupil, A* plane waits in the pupil's
+  /// plane until leave_pupil.
   void step(PhaseStack& holograms, int frame, std::size_t key, double step);
+  void leave_pupil(PhaseStack& holograms, int frame, double step);
 
   /// The part of `step` that makes A* plane but for the chirp: rows of `back_pitch` samples. For
   /// tests.

@@ -167,15 +167,24 @@ std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
   return bent;
 }
 
+/// Sample of the pupil's plane; where b is negative, light crosses the axis.
+glm::dvec2 part_pitch_m(const Optics& optics, const PictureGrid& grid) {
+  return optics.wavelength_m * std::abs(grid.pupil->b_m) /
+         (optics.pitch_m * glm::dvec2(optics.pupil_plane));
+}
+
 /// The blur of shown pictures: that of wanted ones, and the second moments of what the source's
 /// size and spectrum add.
 glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
   const auto& source = optics.showing.source;
   if (!source.any()) return glm::dvec2(optics.blur_m);
-  const double disc_m = source.size_rad / 4 * grid.z_m,
+  const double disc_m = source.size_rad / 4 * std::abs(grid.z_m),
                change =
                    source.bandwidth_m / (2 * std::sqrt(2 * std::log(2.0))) / optics.wavelength_m;
-  const auto open_m = glm::dvec2(grid.open.size) * optics.pitch_m,
+  // Of the hologram, which light to a part of the pupil passes nearby
+  const auto open_m = grid.pupil ? glm::dvec2(grid.open.size) * part_pitch_m(optics, grid) *
+                                       std::abs(grid.z_m / grid.distance_m)
+                                 : glm::dvec2(grid.open.size) * optics.pitch_m,
              picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
              turned_m = grid.z_m * optics.wavelength_m * source.per_m;
   return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
@@ -194,11 +203,12 @@ std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, 
   for (const double place_m : places_m) {
     double sum = 0, count = 0;
     for (int i = 0; i < points; ++i) {
-      const double pixel = grid.open.first[axis] + (i + 0.5) / points * grid.open.size[axis] -
-                           optics.size[axis] / 2.0;
-      const double across_m = sign * pixel * pitch_m - place_m;
+      const double sample = grid.open.first[axis] + (i + 0.5) / points * grid.open.size[axis];
+      const double across_m = sign * (sample - optics.size[axis] / 2.0) * pitch_m - place_m;
       const double cycles =
-          pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
+          grid.pupil ? sign * (sample / optics.pupil_plane[axis] - 0.5) -
+                           grid.pupil->a * place_m / grid.pupil->b_m * pitch_m / optics.wavelength_m
+                     : pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
       if (std::abs(cycles) > 0.5) continue;
       const double amplitude = amplitude_of_pixel(fill, cycles + optics.showing.carrier[axis]);
       sum += amplitude * amplitude;
@@ -210,6 +220,25 @@ std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, 
 }
 
 }  // namespace
+
+glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys) {
+  glm::dvec2 beyond_m(0);
+  bool any = false;
+  for (const auto& key : keys) {
+    if (!key.pupil) continue;
+    any = true;
+    // Steepest light of the part, over the distance at which the bent light shows the picture
+    const auto sine = glm::min(glm::abs(key.view) + key.aperture, 1.0) * optics.wavelength_m /
+                      (2.0 * optics.pitch_m);
+    beyond_m = glm::max(beyond_m,
+                        std::abs(key.z_m / (1 + key.pupil->a * key.z_m / key.pupil->b_m)) * sine +
+                            4 * optics.blur_m);
+  }
+  if (!any) return {0, 0};
+  auto size = padded_size(optics.size + glm::ivec2(glm::ceil(beyond_m / optics.pitch_m)), 1);
+  size.x = whole_packets(size.x);
+  return size;
+}
 
 void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 first, glm::ivec2 size,
                   std::vector<float>& picture) {
@@ -241,18 +270,32 @@ OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
 
 PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation) {
   const auto depth = [&] { return "refinement: the picture at " + length_text(key.z_m); };
-  if (!(std::isfinite(key.z_m) && key.z_m > 0))
-    throw InputError("refinement: z must be > 0, on the object's side of the hologram");
   PictureGrid grid;
   grid.propagation = propagation;
   grid.z_m = key.z_m;
-  grid.open = open_part(optics.size, key.view, key.aperture);
+  grid.pupil = key.pupil;
+  // Light bent by the eyepiece shows the picture larger, and elsewhere
+  const double larger = key.pupil ? 1 + key.pupil->a * key.z_m / key.pupil->b_m : 1;
+  grid.distance_m = key.pupil ? key.pupil->b_m * larger : key.z_m;
+  if (!std::isfinite(key.z_m) || !((key.pupil ? larger : key.z_m) > 0))
+    throw InputError(key.pupil ? depth() + " is where the eye's pupil is, or behind it"
+                               : "refinement: z must be > 0, on the object's side of the hologram");
+  const double side = key.pupil && key.pupil->b_m < 0 ? -1 : 1;
+  grid.open =
+      open_part(key.pupil ? optics.pupil_plane : optics.size, side * key.view, key.aperture);
   if (grid.open.size.x < 1 || grid.open.size.y < 1)
     throw InputError(depth() + ": view and aperture leave no part of the hologram open");
   const glm::dvec2 window_m = key.window_m();
   if (!(window_m.x > 0 && window_m.y > 0)) throw InputError(depth() + " is empty");
 
-  if (propagation == Propagation::fresnel) {
+  if (key.pupil) {
+    const KeyPlace place{key.z_m, key.view, key.aperture, 1, 0, key.pupil};
+    const auto plane_m = glm::dvec2(optics.pupil_plane) * optics.pitch_m * larger;
+    grid.size = padded_size(
+        samples_through_pupil(place, optics.pupil_plane, optics.pitch_m, optics.blur_m), 1);
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = plane_m / glm::dvec2(grid.size);
+  } else if (propagation == Propagation::fresnel) {
     grid.size = padded_size(grid.open.size, optics.padding);
     grid.size.x = whole_packets(grid.size.x);
     grid.pixel_m = optics.wavelength_m * key.z_m / (glm::dvec2(grid.size) * optics.pitch_m);
@@ -274,7 +317,8 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   grid.weights_x = blur_weights(blur_m.x / grid.pixel_m.x);
   grid.weights_y = blur_weights(blur_m.y / grid.pixel_m.y);
   if (key.samples) {
-    const double sigma_m = std::max(optics.blur_m, blur_of_dots * key.samples->dots * key.z_m);
+    const double dots_m = key.samples->dots * std::abs(key.z_m - key.samples->dots_from_m),
+                 sigma_m = std::max(optics.blur_m, blur_of_dots * dots_m);
     grid.sample_weights_x = blur_weights(sigma_m / grid.pixel_m.x, grid.margin_x());
     grid.sample_weights_y = blur_weights(sigma_m / grid.pixel_m.y, grid.radius_y());
   }
@@ -287,13 +331,13 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     return grid;
   }
   // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
-  const double open_share =
-      1.0 * grid.open.size.x * grid.open.size.y / (1.0 * optics.size.x * optics.size.y);
+  const auto whole = key.pupil ? optics.pupil_plane : optics.size;
+  const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
   const double pixels_per_pixel =
       grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
   const double per_transform =
       propagation == Propagation::fresnel ? 1 / (1.0 * grid.size.x * grid.size.y) : 1;
-  grid.unit = per_transform / pixels_per_pixel / open_share * key.z_m * key.z_m;
+  grid.unit = per_transform / pixels_per_pixel / open_share * grid.distance_m * grid.distance_m;
   return grid;
 }
 
@@ -302,7 +346,8 @@ std::vector<float> blurred_target(const Optics& optics, const Key& key, const Pi
   auto blurred = blurred_at(
       key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
       places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
-  if (grid.propagation == Propagation::fresnel) blurred = bent_back(optics, grid, blurred);
+  if (grid.propagation == Propagation::fresnel && !grid.pupil)
+    blurred = bent_back(optics, grid, blurred);
   std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
   for (int y = 0; y < known.y; ++y) {
     const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;

@@ -6,6 +6,7 @@
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
+#include <span>
 #include <vector>
 
 #include "host/common/npy.hpp"
@@ -38,6 +39,7 @@ struct Optics {
       refine_padding;  // padding of the Fresnel propagation; the exact one has exact_padding
   static constexpr double exact_padding = 2;
   Showing showing{};
+  glm::ivec2 pupil_plane{0, 0};  // samples of the pupil's plane, for keys with a pupil
 };
 
 /// A picture that the hologram should show: radiance around the axis, as lens_picture makes it, or
@@ -56,6 +58,7 @@ struct Key {
   // Instead of a picture: the samples, whose light is asked for in a window
   std::shared_ptr<const SampleLight> samples{};
   glm::dvec2 sample_window_m{0, 0};
+  std::optional<Pupil> pupil{};  // KeyPlace::pupil
 
   glm::dvec2 window_m() const {
     return samples ? sample_window_m : glm::dvec2(picture.width, picture.height) * pixel_m;
@@ -74,9 +77,11 @@ OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture);
 struct PictureGrid {
   Propagation propagation = Propagation::fresnel;
   double z_m = 0.1;
-  OpenPart open;
-  int slot = 0;           // the key's number in its round: its plane in memory
-  glm::ivec2 size{1, 1};  // samples of the plane; x is a multiple of packet
+  OpenPart open;  // of the hologram, or of the pupil's plane
+  std::optional<Pupil> pupil{};
+  double distance_m = 0.1;  // light of the open part is as steep as its width over this
+  int slot = 0;             // the key's number in its round: its plane in memory
+  glm::ivec2 size{1, 1};    // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};
@@ -99,6 +104,10 @@ struct PictureGrid {
 
   static constexpr int packet = 16;  // samples: whole vectors on every device
 };
+
+/// Samples of the pupil's plane: the hologram's Fourier transform, wide enough that light of no
+/// part wraps around in the keys' pictures. 0 where no key has a pupil.
+glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys);
 
 /// throws  InputError when z, the aperture or the window is not possible
 PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation);

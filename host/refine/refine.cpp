@@ -51,20 +51,22 @@ void check(std::span<const RefineKey> keys, const RefineSpec& spec) {
       throw InputError(where + " is empty");
     if (!positive(key.pixel_m.x) || !positive(key.pixel_m.y))
       throw InputError(where + ": pixels must be > 0");
+    if (key.pupil.has_value() != keys[0].pupil.has_value())
+      throw InputError(where + ": pictures are all through a pupil, or none is");
     if (key.times < 1) throw InputError(where + " must be drawn at least once");
   }
 }
 
 Propagation propagation_of(const refinement::Optics& optics, const RefineKey& key,
                            const RefineSpec& spec) {
-  if (key.samples) return Propagation::fresnel;
+  if (key.samples || key.pupil) return Propagation::fresnel;
   if (spec.propagation) return *spec.propagation;
   return refinement::fresnel_limits(optics, key.z_m, key.window_m()).hold() ? Propagation::fresnel
                                                                             : Propagation::exact;
 }
 
 /// Refuses what the device has no memory for, before any is taken.
-void require_memory(const cl::Device& device, glm::ivec2 size, int frames,
+void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_plane, int frames,
                     const std::vector<PictureGrid>& grids) {
   const auto area = [](glm::ivec2 n) {
     return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
@@ -86,6 +88,8 @@ void require_memory(const cl::Device& device, glm::ivec2 size, int frames,
       {"phases of the holograms",
        area({size.x + 2 * PictureGrid::packet, size.y}) * static_cast<std::uint64_t>(frames) * 8,
        advice});
+  if (pupil_plane.x > 0)
+    needs.push_back({"light in the pupil's plane", area(pupil_plane) * 16, advice});
   needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
   for (std::size_t slot = 0; slot < planes.size(); ++slot) {
     needs.push_back({"light of the pictures", planes[slot] * 8, advice});
@@ -102,7 +106,8 @@ struct Round {
 std::vector<Round> rounds_of(std::span<const RefineKey> keys) {
   std::vector<Round> rounds;
   for (std::size_t key = 0; key < keys.size(); ++key) {
-    if (key == 0 || !keys[key].samples || keys[key].round != keys[key - 1].round)
+    const bool has_rounds = keys[key].samples || keys[key].pupil;
+    if (key == 0 || !has_rounds || keys[key].round != keys[key - 1].round)
       rounds.push_back({key, key});
     ++rounds.back().end;
   }
@@ -190,7 +195,7 @@ public:
     light_.fit(optics, grids);
     scale_ = 1;
     // Intensities are in this unit, so that they are near 1.
-    unit_ = keys.front().samples ? 1 : keys.front().z_m * keys.front().z_m;
+    unit_ = keys.front().samples ? 1 : grids.front().distance_m * grids.front().distance_m;
     std::size_t wide = 1, region = 1, rows = 1;
     std::vector<std::size_t> blurred;  // by slot
     for (const auto& grid : grids) {
@@ -250,11 +255,13 @@ public:
   }
 
   void look(const PhaseStack& holograms, int frame, const Round& round) {
+    light_.enter_pupil(holograms, frame);
     for (auto key = round.first; key < round.end; ++key) look(holograms, frame, key);
   }
   void correct(PhaseStack& holograms, int frame, const Round& round, int number, double step) {
     for (auto key = round.first; key < round.end; ++key)
       correct(holograms, frame, key, number, step);
+    light_.leave_pupil(holograms, frame, step);
   }
 
   /// The key's intensity, blurred along x.
@@ -307,6 +314,7 @@ public:
 
   /// Adds a finished frame to what the next ones build on.
   void add_frame(const PhaseStack& holograms, int frame) {
+    light_.enter_pupil(holograms, frame);
     for (std::size_t key = 0; key < pictures_.size(); ++key) {
       look(holograms, frame, key);
       add_picture(light_.grid(key), pictures_[key], pictures_[key].former, true);
@@ -412,8 +420,9 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     if (spec.progress) spec.progress(what, share);
   };
   report("targets and kernels", 0);
-  const refinement::Optics optics{holograms.size(), spec.pitch_m, spec.wavelength_m,
-                                  spec.blur_m,      spec.padding, spec.showing};
+  refinement::Optics optics{holograms.size(), spec.pitch_m, spec.wavelength_m,
+                            spec.blur_m,      spec.padding, spec.showing};
+  optics.pupil_plane = refinement::pupil_plane_size(optics, keys);
   RefineResult result;
   std::vector<PictureGrid> grids;
   for (const auto& key : keys) {
@@ -427,7 +436,7 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
       grids[key].slot = static_cast<int>(key - round.first);
   }
   const int frames = holograms.frames();
-  require_memory(device, holograms.size(), frames, grids);
+  require_memory(device, holograms.size(), optics.pupil_plane, frames, grids);
   const auto bright_key = key_of_brightness(grids);
   const auto bright_round = static_cast<std::size_t>(
       std::find_if(rounds.begin(), rounds.end(),

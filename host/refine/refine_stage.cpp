@@ -5,6 +5,7 @@
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
 
@@ -58,7 +59,9 @@ const TileField& RefineStage::take(const TileField& field, std::size_t tile, int
   if (!plan_->refine || has_start_) return field;
   const StageClock clock(times_, "refine");
   const auto& tiling = plan_->tiling;
-  refiner_->holograms().take(*field.samples, tiling.tiles[tile].first, tiling.tile_size, frame);
+  // Near the hologram, the field's amplitude is the picture
+  refiner_->holograms().take(*field.samples, tiling.tiles[tile].first, tiling.tile_size, frame,
+                             is_near_hologram(*plan_));
   device_.finish();
   return field;
 }
@@ -73,11 +76,13 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
   const bool of_samples = refines_samples(*plan_);
   std::shared_ptr<const SampleLight> light;
   if (of_samples)
-    light = std::make_shared<SampleLight>(sample_light(device_, *plan_, scene, *table));
+    light = std::make_shared<SampleLight>(
+        sample_light(device_, *plan_, scene, *table, part_plane(*plan_, settings.viewer)));
   for (const auto& place : refined_.places) {
     if (of_samples) {
       RefineKey key{place.z_m, place.view, place.aperture};
       key.round = place.round;
+      key.pupil = place.pupil;
       key.samples = light;
       key.sample_window_m = settings.window_m.value_or(refine_window_m(*plan_));
       refined_.keys.push_back(std::move(key));
@@ -93,7 +98,7 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
   auto spec = refine_spec(settings, plan_->slm, plan_->hologram.size, plan_->hologram.pitch_m,
                           plan_->hologram.wavelength_m, refined_.keys);
   spec.progress = progress_;
-  if (of_samples) {
+  if (of_samples || settings.viewer.eyepiece_m) {
     spec.iterations = planned_iterations(*plan_);
     spec.in_order = true;
     spec.first_step = 3;

@@ -60,12 +60,17 @@ public:
         changes_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(wide_.y + 2)) {
     const auto side = [&](int axis, double sign) {
       // Rows of pixels count downwards, rows of parts upwards
-      const double n = optics.size[axis], pitch_m = optics.pitch_m[axis];
+      const int n_pupil = optics.pupil_plane[axis];
+      const double n = light.pupil ? n_pupil : optics.size[axis];
+      const double pitch_m =
+          light.pupil ? optics.wavelength_m * light.pupil->b_m / (optics.pitch_m[axis] * n_pupil)
+                      : optics.pitch_m[axis];
       const double a = sign * (grid.open.first[axis] - n / 2) * pitch_m,
                    b = sign * (grid.open.first[axis] + grid.open.size[axis] - n / 2) * pitch_m;
       Stretch s{std::min(a, b), std::max(a, b), 0, 0};
-      s.first = std::clamp(part_at(s.low_m + 1e-9 * pitch_m, axis), 0, light.parts - 1);
-      s.end = std::clamp(part_at(s.high_m - 1e-9 * pitch_m, axis), 0, light.parts - 1) + 1;
+      const double inside_m = 1e-9 * std::abs(pitch_m);
+      s.first = std::clamp(part_at(s.low_m + inside_m, axis), 0, light.parts - 1);
+      s.end = std::clamp(part_at(s.high_m - inside_m, axis), 0, light.parts - 1) + 1;
       return s;
     };
     across_ = side(0, 1);
@@ -123,25 +128,28 @@ public:
 
 private:
   int part_at(double place_m, int axis) const {
-    return static_cast<int>(std::floor((place_m / light_.half_m[axis] + 1) * light_.parts / 2.0));
+    return static_cast<int>(std::floor(
+        ((place_m - light_.middle_m[axis]) / light_.half_m[axis] + 1) * light_.parts / 2.0));
   }
 
   /// What of a part of the window is open.
   std::pair<double, double> within(const Stretch& side, int part, int axis) const {
     const auto edge = [&](int number) {
-      return (2.0 * number / light_.parts - 1) * light_.half_m[axis];
+      return light_.middle_m[axis] + (2.0 * number / light_.parts - 1) * light_.half_m[axis];
     };
     return {std::max(side.low_m, part == 0 ? side.low_m : edge(part)),
             std::min(side.high_m, part + 1 == light_.parts ? side.high_m : edge(part + 1))};
   }
 
-  /// Light through a rectangle of the hologram.
+  /// Light through a rectangle of the hologram, or to one of the pupil's plane.
   ///
   /// u, v  the open part's middle, where a ray is across the other axis
   void add_box(const glm::dvec3& at, double low_u, double high_u, double low_v, double high_v,
                double u, double v, float irradiance) {
     // Where the transform puts a ray: the place on the plane that its sine alone points to
     const auto place = [&](double from, double to, double beside) {
+      if (const auto& pupil = light_.pupil)
+        return to + (at.z - grid_.z_m) * (from - pupil->a * to) / (pupil->a * at.z + pupil->b_m);
       return from + grid_.z_m * (to - from) /
                         std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
     };

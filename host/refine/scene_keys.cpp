@@ -19,12 +19,24 @@ RefineKey lens_key(const cl::Device& device, const Plan& plan, const DeviceScene
   LensSpec lens;
   lens.z_m = place.z_m;
   lens.window_m = window_m;
-  lens.view = place.view;
-  lens.aperture = place.aperture;
+  if (place.pupil) {
+    lens.pupil = place.pupil;
+    if (!place.is_whole()) {
+      const auto& h = plan.hologram;
+      const auto eyebox_m = place.pupil->eyebox_m({h.size, h.pitch_m, h.wavelength_m});
+      lens.pupil->centre_m = place.view * eyebox_m / 2.0;
+      lens.pupil_part_m = place.aperture * eyebox_m;
+    }
+  } else {
+    lens.view = place.view;
+    lens.aperture = place.aperture;
+  }
   lens.points = key_lens_points(place, how.lens_points);
   lens.pixel_m = window_m / count;
   lens.area = true;
   RefineKey key{place.z_m, place.view, place.aperture, {}, *lens.pixel_m, place.times, true};
+  key.round = place.round;
+  key.pupil = place.pupil;
   key.picture = lens_picture(device, plan, scene, lens, progress);
   return key;
 }

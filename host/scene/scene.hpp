@@ -178,7 +178,7 @@ struct RefineSettings {
   std::optional<glm::dvec2> window_m;  // of the pictures; empty: what the WRPs cover
   int lens_points = 8;                 // per axis of the lens
   RefineTargets targets = RefineTargets::automatic;
-  double pupil_m = 4e-3;  // ViewerSpec::pupil_m
+  ViewerSpec viewer{};  // Scene::viewer, through whose pupil pictures are seen
   // Time for the iterations of all frames, which decides their number; commands alone set it
   std::optional<double> budget_s;
 };

@@ -128,6 +128,10 @@ device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
 void Gatherer::add_footprints_at_hologram(device::GatherPlane& plane) const {
   plane.window_x = plane.window_y = 1e6f;
   if (!is_near_hologram(plan_)) return;
+  // Masks divide directions
+  const auto steepest = steepest_of_masks(plan_);
+  plane.visibility_scale_x = static_cast<float>(1 / steepest.x);
+  plane.visibility_scale_y = static_cast<float>(1 / steepest.y);
   plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
   plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
   const auto room = [this](int axis, int pixels) {

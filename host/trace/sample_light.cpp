@@ -9,12 +9,20 @@
 namespace raywave {
 
 SampleLight sample_light(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-                         const SampleTable& table) {
+                         const SampleTable& table, const PartPlane& window) {
   SampleLight result;
   result.parts = table.visibility_parts > 0 ? table.visibility_parts : 8;
   const auto& lattice = table.lattice;
   result.half_m = {lattice.half_width, lattice.half_height};
   result.dots = plan.lattice.step;
+  result.dots_from_m = plan.lattice.eye_m.z;
+  if (window.pupil) {
+    result.pupil = window.pupil;
+    result.half_m = window.open_m() / 2.0;
+    result.middle_m = ((window.low + window.high) / 2.0 - 0.5) * window.size_m;
+  }
+  // Of the plane that parts are of; b 0: the hologram
+  const Pupil through = window.pupil.value_or(Pupil{0, {0, 0}, 0, 0});
   if (table.count == 0) return result;
   const auto count = static_cast<std::size_t>(table.count),
              each = static_cast<std::size_t>(result.parts) * static_cast<std::size_t>(result.parts);
@@ -39,9 +47,13 @@ SampleLight sample_light(const cl::Device& device, const Plan& plan, const Devic
                scene.lights, table.samples, table.lit, table.visibility_masks,
                static_cast<std::int32_t>(first), static_cast<std::int32_t>(some), lattice.centre_x,
                lattice.centre_y, lattice.centre_z, lattice.half_width, lattice.half_height,
-               static_cast<float>(most.x), static_cast<float>(most.y),
-               static_cast<float>(reference.x), static_cast<float>(reference.y),
-               static_cast<float>(fall.x), static_cast<float>(fall.y), light);
+               static_cast<float>(through.a), static_cast<float>(through.b_m),
+               static_cast<float>(result.middle_m.x), static_cast<float>(result.middle_m.y),
+               static_cast<float>(result.half_m.x), static_cast<float>(result.half_m.y),
+               lattice.steepest_x, lattice.steepest_y, static_cast<float>(most.x),
+               static_cast<float>(most.y), static_cast<float>(reference.x),
+               static_cast<float>(reference.y), static_cast<float>(fall.x),
+               static_cast<float>(fall.y), light);
     light.read(std::span(result.irradiance).subspan(first * each, some * each));
   }
   return result;

@@ -48,12 +48,9 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   lattice.eye_z = static_cast<float>(eye.z);
   lattice.steepest_x = lattice.steepest_y = std::numeric_limits<float>::max();
   if (is_near_hologram(plan)) {
-    // Of light along one axis, farther off the axis along the other
-    const auto sine =
-        glm::min(plan.hologram.largest_sine + glm::abs(plan.slm.illumination.sine), 0.7);
-    const double cosine = std::sqrt(1 - std::min(glm::dot(sine, sine), 0.98));
-    lattice.steepest_x = static_cast<float>(sine.x / cosine);
-    lattice.steepest_y = static_cast<float>(sine.y / cosine);
+    const auto steepest = steepest_of_masks(plan);
+    lattice.steepest_x = static_cast<float>(steepest.x);
+    lattice.steepest_y = static_cast<float>(steepest.y);
   }
   lattice.near_z =
       static_cast<float>(plan.extent.near_m - plan.extent.origin_m.z) - 0.01f * scene.diameter_m;

@@ -53,20 +53,23 @@ int scatter_of(int n) {
 void look_through(const Pupil& pupil, const Plan& plan, const LensSpec& what, glm::dvec2 low_m,
                   glm::dvec2 high_m, device::LensPlane& lens) {
   const glm::dvec2 origin_m(plan.extent.origin_m);
-  const double moved = pupil.through_m(0, what.z_m, 1), follow = pupil.through_m(1, what.z_m, 0),
-               step_m = pupil.diameter_m / what.points, first_m = pupil.diameter_m / 2 - step_m / 2;
+  const double moved = pupil.through_m(0, what.z_m, 1), follow = pupil.through_m(1, what.z_m, 0);
+  const bool is_round = !(what.pupil_part_m.x > 0);
+  const auto size_m = is_round ? glm::dvec2(pupil.diameter_m) : what.pupil_part_m;
+  const auto step_m = size_m / static_cast<double>(what.points), first_m = (size_m - step_m) / 2.0;
   const auto origin_here_m = (follow - 1) * origin_m;
   lens.follow = static_cast<float>(follow);
-  lens.lens_left = static_cast<float>(moved * (pupil.centre_m.x - first_m) + origin_here_m.x);
-  lens.lens_top = static_cast<float>(moved * (pupil.centre_m.y + first_m) + origin_here_m.y);
-  lens.lens_pitch_x = lens.lens_pitch_y = static_cast<float>(moved * step_m);
+  lens.lens_left = static_cast<float>(moved * (pupil.centre_m.x - first_m.x) + origin_here_m.x);
+  lens.lens_top = static_cast<float>(moved * (pupil.centre_m.y + first_m.y) + origin_here_m.y);
+  lens.lens_pitch_x = static_cast<float>(moved * step_m.x);
+  lens.lens_pitch_y = static_cast<float>(moved * step_m.y);
   lens.reach_x = lens.reach_y = 0;
-  lens.is_round = 1;
+  lens.is_round = is_round;
   int rays = 0;
   for (int j = 0; j < what.points; ++j)
     for (int i = 0; i < what.points; ++i) {
       const int x = 2 * i + 1 - what.points, y = 2 * j + 1 - what.points;
-      if (x * x + y * y <= what.points * what.points) ++rays;
+      if (!is_round || x * x + y * y <= what.points * what.points) ++rays;
     }
   lens.rays = static_cast<float>(rays);
   lens.window_left = static_cast<float>(low_m.x - origin_m.x);

@@ -31,6 +31,7 @@ struct LensSpec {
   // The lens is the pupil of an eye behind the hologram: rays to it through that part of the
   // hologram count; empty: that part is the lens
   std::optional<Pupil> pupil{};
+  glm::dvec2 pupil_part_m{0, 0};  // > 0: a rectangle of this size around its centre, no disc
 };
 
 /// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's

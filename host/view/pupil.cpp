@@ -11,6 +11,7 @@
 #include "host/common/fft_backend.hpp"
 #include "host/common/plane_fft.hpp"
 #include "host/common/text.hpp"
+#include "host/scene/units.hpp"
 
 namespace raywave {
 
@@ -198,6 +199,37 @@ Samples PupilFilter::operator()(const Samples& field) {
   for (int j = 0; j < y.size(); ++j)
     for (int i = 0; i < x.size(); ++i) passed.push_back(work.at(place(x, i), place(y, j)));
   return passed;
+}
+
+std::vector<std::optional<Pupil>> pupils_asked(const std::vector<std::string>& given,
+                                               const ViewerSpec& viewer, Frame frame, bool is_part,
+                                               const std::string& what) {
+  std::vector<std::optional<Pupil>> all;
+  const auto add_all = [&](const ViewerSpec& of) {
+    for (const auto& pupil : pupils_of(of)) all.emplace_back(pupil);
+  };
+  for (const auto& text : given) {
+    const auto at = text.find('@');
+    const auto size = text.substr(0, at);
+    auto one = viewer;
+    if (size != "scene" && size != "none") {
+      one.pupil_m = given_length_m(size, what);
+      if (!(one.pupil_m > 0)) throw InputError(what + " " + in_quotes(text) + ": must be > 0");
+      one.pupil_places_m.clear();
+    }
+    if (at != std::string::npos) {
+      const auto comma = text.find(',', at);
+      if (comma == std::string::npos)
+        throw InputError(what + " " + in_quotes(text) + ": a place has two parts, 3mm@1mm,0");
+      const glm::dvec2 place_m(given_length_m(text.substr(at + 1, comma - at - 1), what),
+                               given_length_m(text.substr(comma + 1), what));
+      one.pupil_places_m = {in_frame(place_m, frame)};
+    }
+    size == "none" ? void(all.emplace_back()) : add_all(one);
+  }
+  if (given.empty() && viewer.eyepiece_m && !is_part) add_all(viewer);
+  if (all.empty()) all.emplace_back();
+  return all;
 }
 
 }  // namespace raywave

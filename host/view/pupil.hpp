@@ -5,9 +5,12 @@
 #include <complex>
 #include <glm/vec2.hpp>
 #include <memory>
+#include <optional>
+#include <string>
 #include <vector>
 
 #include "host/scene/scene.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave {
 
@@ -32,5 +35,16 @@ private:
   struct Work;
   std::unique_ptr<Work> work_;
 };
+
+/// What to look through, one after another; {empty}: the whole hologram. Where nothing is given,
+/// the viewer's pupils behind an eyepiece, unless a part of the hologram is looked through.
+///
+/// given   "scene", "none", "3mm", "3mm@1mm,0" or "scene@1mm,0"
+/// frame   that places in them count in
+/// what    names them in messages, "--pupil"
+/// throws  InputError where one cannot be understood
+std::vector<std::optional<Pupil>> pupils_asked(const std::vector<std::string>& given,
+                                               const ViewerSpec& viewer, Frame frame, bool is_part,
+                                               const std::string& what);
 
 }  // namespace raywave

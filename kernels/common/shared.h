@@ -172,7 +172,7 @@ typedef struct {
   // Rays start here, just in front of the scene, so that rounding depends on the scene's size only
   float near_z;
   float full_z;                  // distance from the eye at which the lattice's pitch is p
-  float steepest_x, steepest_y;  // tangents of rays to the window's parts are no larger
+  float steepest_x, steepest_y;  // tangents that masks divide near the hologram; else FLT_MAX
   float layer_gap;               // layers closer to each other than this along z are merged
   float bias;
   float reach;

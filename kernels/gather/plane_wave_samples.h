@@ -19,18 +19,13 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
            along_y = gathered_y(plane, is_before_hologram(p));
 #if RAYWAVE_NEAR_HOLOGRAM
   // The footprint is small: the light on the SLM is that at its middle.
-  const float side = is_before_hologram(p) ? -1.0f : 1.0f;
   along_x.reference = p->tangent_x / sqrt(1.0f + p->tangent_x * p->tangent_x);
   along_y.reference = p->tangent_y / sqrt(1.0f + p->tangent_y * p->tangent_y);
   along_x.reference_fall = along_y.reference_fall = 0.0f;
-  const float to_mask_x = plane->visibility_scale_x / plane->half_window_x,
-              to_mask_y = plane->visibility_scale_y / plane->half_window_y;
-  along_x.visibility_scale = p->half_tangent_x * fabs(p->depth) * to_mask_x;
-  along_y.visibility_scale = p->half_tangent_y * fabs(p->depth) * to_mask_y;
-  along_x.visibility_shift =
-      side * (chief_place_x(p, plane) * to_mask_x + plane->visibility_shift_x);
-  along_y.visibility_shift =
-      side * (chief_place_y(p, plane) * to_mask_y + plane->visibility_shift_y);
+  along_x.visibility_scale = p->half_tangent_x * plane->visibility_scale_x;
+  along_y.visibility_scale = p->half_tangent_y * plane->visibility_scale_y;
+  along_x.visibility_shift = p->tangent_x * plane->visibility_scale_x;
+  along_y.visibility_shift = p->tangent_y * plane->visibility_scale_y;
 #endif
   plane_waves_of(x, p->hidden, p->tangent_x, p->half_tangent_x, p->half_x, p->depth, along_x,
                  plane->turns_hi);
@@ -144,7 +139,7 @@ static inline void gather_plane_waves(__global const float* profiles,
     bool any = false;
     for (int i = 0; i < PLANE_WAVE_PARTS; ++i) {
       const float share =
-          is_before_hologram(p)
+          is_before_hologram(p) && !RAYWAVE_NEAR_HOLOGRAM
               ? visible_share(visibility, PLANE_WAVE_PARTS - 1 - i, PLANE_WAVE_PARTS - 1 - j)
               : visible_share(visibility, i, j);
       if (share <= 0.0f) continue;

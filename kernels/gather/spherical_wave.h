@@ -64,10 +64,10 @@ static inline TileVisibility tile_visibility(const ProjectedSample* p, const Gat
   v.state = VISIBILITY_CLEAR;
 #if RAYWAVE_NEAR_HOLOGRAM
   (void)sign;
-  const float to_mask_x = plane->visibility_scale_x / plane->half_window_x,
-              mask_x = chief_place_x(p, plane) * to_mask_x + plane->visibility_shift_x;
-  v.to_mask_y = plane->visibility_scale_y / plane->half_window_y;
-  v.mask_y = chief_place_y(p, plane) * v.to_mask_y + plane->visibility_shift_y;
+  const float to_mask_x = p->inverse_depth * plane->visibility_scale_x,
+              mask_x = p->tangent_x * plane->visibility_scale_x;
+  v.to_mask_y = p->inverse_depth * plane->visibility_scale_y;
+  v.mask_y = p->tangent_y * plane->visibility_scale_y;
 #else
   const float to_mask_x = sign * p->scale_x * plane->visibility_scale_x,
               mask_x = plane->visibility_shift_x;

@@ -23,8 +23,12 @@
 
 // hologram: the phases of `field`, rows of nx samples without gaps; first: where its first sample
 // goes. Where the field is dark the phase is 0.
+//
+// inverse_clip  > 0: over that amplitude, phases keep amplitudes as double phase does: they go acos
+//               of it to one side and the other, as squares of a checkerboard; 0: they do not
 __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
-                          __global float2* restrict hologram, uint first, int hologram_pitch) {
+                          __global float2* restrict hologram, uint first, int hologram_pitch,
+                          float inverse_clip) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const __global float2* source = field + (size_t)nx * (size_t)row;
@@ -37,10 +41,19 @@ __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
     const floatv most = fmax(fabs(re), fabs(im)), scale = 1.0f / most;
     re *= scale;
     im *= scale;
-    const floatv inverse = 1.0f / sqrt(re * re + im * im);
+    const floatv modulus = sqrt(re * re + im * im), inverse = 1.0f / modulus;
     const intv is_dark = !(most > 1e-37f);
-    store_some_complex(LANES_SELECT(re * inverse, (floatv)(1.0f), is_dark),
-                       LANES_SELECT(im * inverse, (floatv)(0.0f), is_dark), target + i, nx - i);
+    re = LANES_SELECT(re * inverse, (floatv)(1.0f), is_dark);
+    im = LANES_SELECT(im * inverse, (floatv)(0.0f), is_dark);
+    if (inverse_clip > 0.0f) {
+      const floatv a = LANES_SELECT(fmin(modulus * most * inverse_clip, (floatv)(1.0f)),
+                                    (floatv)(0.0f), is_dark);
+      const floatv side = 1.0f - 2.0f * LANES_TO_FLOAT((i + row + LANES_INDEX) & 1),
+                   b = side * sqrt(1.0f - a * a), turned = re * a - im * b;
+      im = re * b + im * a;
+      re = turned;
+    }
+    store_some_complex(re, im, target + i, nx - i);
   }
 }
 
@@ -241,6 +254,27 @@ __kernel void step_phase(__global float2* restrict hologram, uint first, int hol
     im += v * chirp.x - u * chirp.y;
     const floatv inverse = 1.0f / sqrt(fmax(re * re + im * im, (floatv)(1e-30f)));
     store_some_complex(re * inverse, im * inverse, samples + i, aperture_nx - i);
+  }
+}
+
+// part: conj(chirp) * plane * factor, in a plane of rows of part_pitch samples, from `first` on.
+__kernel void put_back(__global float2* restrict part, uint first, int part_pitch,
+                       const __global float2* restrict column_chirp,
+                       const __global float2* restrict row_chirp, int part_nx, int part_ny,
+                       const __global float2* restrict plane, int nx, float factor) {
+  const int row = (int)get_global_id(1);
+  if (row >= part_ny) return;
+  const float2 chirp = factor * row_chirp[row];
+  __global float2* samples = part + (size_t)first + (size_t)part_pitch * (size_t)row;
+  const __global float2* change = plane + (size_t)nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < part_nx; i += step) {
+    floatv c, s, a, b;
+    load_complex(column_chirp + i, &c, &s);
+    load_some_complex(change + i, part_nx - i, &a, &b);
+    const floatv u = a * c + b * s, v = b * c - a * s;
+    store_some_complex(u * chirp.x + v * chirp.y, v * chirp.x - u * chirp.y, samples + i,
+                       part_nx - i);
   }
 }
 

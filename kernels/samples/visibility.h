@@ -2,7 +2,8 @@
 // Visibility mask: the parts of the hologram's window that a sample sees. The window has
 // RAYWAVE_VISIBILITY_PARTS x RAYWAVE_VISIBILITY_PARTS parts with one bit each, set where a ray to
 // the part's middle meets nothing. Bit j * RAYWAVE_VISIBILITY_PARTS + i belongs to part (i, j),
-// counted from the bottom left.
+// counted from the bottom left. Near the hologram the window is one of directions, from which the
+// pixels can show light (Lattice's steepest tangents): parts of the hologram would be too coarse.
 #ifndef RAYWAVE_VISIBILITY_H
 #define RAYWAVE_VISIBILITY_H
 
@@ -36,19 +37,18 @@ typedef struct {
 // Rays to the middles of parts (i, j), from points on surfaces with unit normals (nx, ny, nz).
 static inline Rays rays_to_parts(const Lattice* lattice, floatv x, floatv y, floatv z, floatv nx,
                                  floatv ny, floatv nz, intv i, intv j) {
-  // A surface in the hologram's plane itself is seen along the steepest rays, but for one part.
-  const floatv away = z - lattice->centre_z;
-  const floatv rate = 1.0f / LANES_SELECT(away, (floatv)(1e-9f), fabs(away) < 1e-9f);
+  const bool is_near = lattice->steepest_x < FLT_MAX;
+  const floatv rate = 1.0f / (z - lattice->centre_z);
   const floatv across = (2.0f * LANES_TO_FLOAT(i) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
   const floatv up = (2.0f * LANES_TO_FLOAT(j) + 1.0f) / (float)RAYWAVE_VISIBILITY_PARTS - 1.0f;
   Rays ray;
   ray.ox = x + lattice->bias * nx;
   ray.oy = y + lattice->bias * ny;
   ray.oz = z + lattice->bias * nz;
-  ray.dx = clamp((lattice->centre_x - x + across * lattice->half_width) * rate,
-                 -lattice->steepest_x, lattice->steepest_x);
-  ray.dy = clamp((lattice->centre_y - y + up * lattice->half_height) * rate, -lattice->steepest_y,
-                 lattice->steepest_y);
+  ray.dx = is_near ? across * lattice->steepest_x
+                   : (lattice->centre_x - x + across * lattice->half_width) * rate;
+  ray.dy = is_near ? up * lattice->steepest_y
+                   : (lattice->centre_y - y + up * lattice->half_height) * rate;
   ray.dz = -1.0f;
   ray.t_min = 0.0f;
   ray.t_max = fmax(z - lattice->near_z, (floatv)(0.0f));

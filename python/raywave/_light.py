@@ -230,6 +230,7 @@ def reconstruct(
     view: Sequence[float] = (0.0, 0.0),
     *,
     aperture: Pair = 1.0,
+    pupil: str | None = None,
     window: Pair | None = None,
     pitch: Pair | None = None,
     wavelength: float | None = None,
@@ -245,13 +246,16 @@ def reconstruct(
     z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, not 0.
     view: centre of the part of the hologram that lets light through, in half holograms: the
     position of the eye. aperture: size of that part in holograms, one number or (x, y).
+    pupil: of an eye that is looked through: "3mm", "3mm@1mm,0", "scene" or "none", as `--pupil` of
+    the command line, with places in the hologram's frame; of several places of the scene the first.
+    The scene's behind its eyepiece when neither this, view nor aperture is given.
     window: size of the picture around the axis, in metres; the hologram's when not given.
     pitch, wavelength: in metres; holo.field knows its own.
     progress: called with (step, share from 0 to 1); returning False raises Cancelled.
 
     Returns |u|^2, (ny, nx), float32, on the hologram's pitch; of several lasers linear sRGB,
-    (ny, nx, 3). Raises InputError when z, window, view or aperture are not possible, or the field
-    is not such an array; DeviceError.
+    (ny, nx, 3). Raises InputError when z, window, view, aperture or pupil are not possible, or the
+    field is not such an array; DeviceError.
     """
     from ._render import Hologram
 
@@ -260,13 +264,15 @@ def reconstruct(
         None if window is None else _pair(window, "window"),
         _pair(view, "view"),
         _pair(aperture, "aperture"),
+        None if pupil is None else _text(pupil, "pupil"),
         _text(device, "device"),
         _text(fft, "fft"),
         progress,
     )
     result: Picture
-    if isinstance(field, Hologram) and len(field.wavelengths) > 1:
-        if pitch is not None or wavelength is not None:
+    is_other = pitch is not None or wavelength is not None
+    if isinstance(field, Hologram) and (len(field.wavelengths) > 1 or not is_other):
+        if is_other:
             raise _core.InputError("pitch and wavelength: a hologram of several lasers has its own")
         result = _core.reconstruct_hologram(field._core, *how)
     else:

@@ -35,7 +35,8 @@ class QualityRow:
     """A picture of the hologram against that of an ideal lens."""
 
     z: float  # metres
-    view: str  # through the "whole" hologram, or its "left", "right", "top" or "bottom" to the eye
+    # Through the "whole" hologram, its "left", "right", "top" or "bottom" to the eye, or a "pupil"
+    view: str
     levels: PictureComparison  # of what the SLM shows
     field: PictureComparison  # of the complex field, which no SLM shows
     light_share: float  # of the SLM's light, that falls into the picture
@@ -43,6 +44,7 @@ class QualityRow:
     # Linear values, without the border, averaged over squares to at most 640 columns
     lens: Picture
     hologram: Picture
+    pupil: tuple[float, float, float]  # diameter and place (x, y) of a "pupil", metres
 
 
 class Quality(Sequence[QualityRow]):
@@ -59,8 +61,8 @@ class Quality(Sequence[QualityRow]):
 
     @property
     def psnr_db(self) -> float:
-        """Mean of the pictures through the whole hologram."""
-        whole = [row.levels.psnr_db for row in self._rows if row.view == "whole"]
+        """Mean of the pictures through the whole hologram, or through pupils."""
+        whole = [row.levels.psnr_db for row in self._rows if row.view in ("whole", "pupil")]
         return sum(whole) / len(whole)
 
     def _cells(self) -> list[list[str]]:
@@ -70,7 +72,8 @@ class Quality(Sequence[QualityRow]):
         for row in self._rows:
             rows.append([
                 f"{row.z * 1e3:.6g}",
-                row.view,
+                row.view if row.view != "pupil" else
+                "pupil of {:.6g} mm at {:.6g}, {:.6g}".format(*(1e3 * v for v in row.pupil)),
                 f"{row.levels.psnr_db:.2f}",
                 f"{row.levels.ssim:.4f}",
                 f"{row.levels.flip:.4f}",
@@ -100,6 +103,7 @@ def quality(
     depths: Sequence[float] = (),
     *,
     views: bool = True,
+    pupils: Sequence[str] = (),
     window: Pair | None = None,
     blur: float | None = None,
     border: int = 20,
@@ -114,7 +118,7 @@ def quality(
     of: a Hologram that was rendered with its field; or a Scene or Plan, which is rendered first.
     depths: of the pictures, in metres; by default the nearest and the farthest surface, and a
     little in front. views: at the first depth also through the left, right, top and bottom of the
-    hologram.
+    hologram. pupils: that are looked through instead, as for reconstruct.
     window: size of the pictures around the axis, in metres. blur: standard deviation in metres of
     the Gaussian that pictures are blurred with; by default 0.6 of sampling.pitch. border: pixels
     that are left out on every side after it. lens_points: per axis of the lens.
@@ -134,6 +138,7 @@ def quality(
         None if window is None else _pair(window, "window"),
         None if blur is None else _number(blur, "blur"),
         bool(views),
+        [_text(pupil, "pupils") for pupil in ([pupils] if isinstance(pupils, str) else pupils)],
         _whole(lens_points, "lens_points", 1, 4096),
         _whole(border, "border", 0, 2**20),
         _text(device, "device"),
@@ -141,8 +146,8 @@ def quality(
         progress,
     )
     return Quality([
-        QualityRow(z, view, _figures(levels), _figures(field), light_share, haze, lens, hologram)
-        for z, view, levels, field, light_share, haze, lens, hologram in rows
+        QualityRow(z, view, _figures(levels), _figures(field), *rest)
+        for z, view, levels, field, *rest in rows
     ])
 
 

@@ -528,6 +528,7 @@ def lens(
     view: Sequence[float] = (0.0, 0.0),
     *,
     aperture: Pair = 1.0,
+    pupil: str | None = None,
     window: Pair | None = None,
     points: int = 24,
     device: str = "",
@@ -536,12 +537,12 @@ def lens(
     """The picture that an ideal lens in the hologram's place sees of the scene, with the plane z
     (metres, as for reconstruct) in focus: the reference for reconstruct, pixel by pixel.
 
-    view, aperture, window, progress: as for reconstruct. points: of the lens, per axis; their
-    square is the number of rays per pixel.
+    view, aperture, pupil, window, progress: as for reconstruct. points: of the lens, per axis;
+    their square is the number of rays per pixel.
 
     Returns radiance, (ny, nx), float32, on the hologram's pitch; of a scene of several lasers
-    linear sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture or points
-    are not possible; DeviceError.
+    linear sRGB, (ny, nx, 3). Raises InputError when the scene, z, window, view, aperture, pupil
+    or points are not possible; DeviceError.
     """
     x, y = _pair(view, "view")
     result: Picture = _core.lens(
@@ -550,6 +551,7 @@ def lens(
         None if window is None else _pair(window, "window"),
         (x, y),
         _pair(aperture, "aperture"),
+        None if pupil is None else _text(pupil, "pupil"),
         _whole(points, "points", 1, 4096),
         _text(device, "device"),
         progress,

@@ -6,13 +6,14 @@ namespace raywave_python {
 namespace {
 
 raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
-                                  raywave::Vec2 aperture, const std::string& device,
-                                  const std::string& fft) {
+                                  raywave::Vec2 aperture, std::optional<std::string> pupil,
+                                  const std::string& device, const std::string& fft) {
   raywave::ViewOptions options;
   options.z_m = z;
   options.window_m = window;
   options.view = view;
   options.aperture = aperture;
+  options.pupil = std::move(pupil);
   options.on = device_options(device, fft);
   return options;
 }
@@ -87,10 +88,10 @@ void add_light(nb::module_& m) {
   m.def(
       "reconstruct",
       [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,
-         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
-         const std::string& fft, const nb::object& progress) {
+         raywave::Vec2 view, raywave::Vec2 aperture, std::optional<std::string> pupil,
+         const std::string& device, const std::string& fft, const nb::object& progress) {
         const auto array = in_single<Complex>(planes_of(field, "field"));
-        auto options = view_options(z, window, view, aperture, device, fft);
+        auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
         options.progress = progress_of(progress);
         const auto seen_from = field_view(array, "field");
         raywave::Picture picture;
@@ -100,14 +101,14 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a,
-      "fft"_a, "progress"_a.none());
+      "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a,
+      "pupil"_a.none(), "device"_a, "fft"_a, "progress"_a.none());
   m.def(
       "reconstruct_hologram",
       [](const raywave::Hologram& hologram, double z, std::optional<raywave::Vec2> window,
-         raywave::Vec2 view, raywave::Vec2 aperture, const std::string& device,
-         const std::string& fft, const nb::object& progress) {
-        auto options = view_options(z, window, view, aperture, device, fft);
+         raywave::Vec2 view, raywave::Vec2 aperture, std::optional<std::string> pupil,
+         const std::string& device, const std::string& fft, const nb::object& progress) {
+        auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
         options.progress = progress_of(progress);
         raywave::Picture picture;
         {
@@ -116,14 +117,14 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "device"_a, "fft"_a,
-      "progress"_a.none());
+      "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a,
+      "fft"_a, "progress"_a.none());
   m.def(
       "lens",
       [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
-         raywave::Vec2 aperture, int points, const std::string& device,
-         const nb::object& progress) {
-        auto options = view_options(z, window, view, aperture, device, "");
+         raywave::Vec2 aperture, std::optional<std::string> pupil, int points,
+         const std::string& device, const nb::object& progress) {
+        auto options = view_options(z, window, view, aperture, std::move(pupil), device, "");
         options.progress = progress_of(progress);
         raywave::Picture picture;
         {
@@ -132,8 +133,8 @@ void add_light(nb::module_& m) {
         }
         return picture_array(std::move(picture));
       },
-      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "points"_a, "device"_a,
-      "progress"_a.none());
+      "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "points"_a,
+      "device"_a, "progress"_a.none());
   m.def(
       "preview",
       [](raywave::Scene scene, std::optional<double> z, std::optional<raywave::Vec2> window,
@@ -216,16 +217,12 @@ void add_light(nb::module_& m) {
       "quality",
       [](const raywave::Hologram& hologram, std::vector<double> depths,
          std::optional<raywave::Vec2> window, std::optional<double> blur, bool views,
-         int lens_points, int border, const std::string& device, const std::string& fft,
-         const nb::object& progress) {
-        const raywave::QualityOptions options{std::move(depths),
-                                              window,
-                                              blur,
-                                              views,
-                                              lens_points,
-                                              border,
-                                              device_options(device, fft),
-                                              progress_of(progress)};
+         std::vector<std::string> pupils, int lens_points, int border, const std::string& device,
+         const std::string& fft, const nb::object& progress) {
+        const raywave::QualityOptions options{
+            std::move(depths),    window,      blur,   views,
+            std::move(pupils),    lens_points, border, device_options(device, fft),
+            progress_of(progress)};
         std::vector<raywave::QualityRow> rows;
         {
           const nb::gil_scoped_release release;
@@ -233,17 +230,18 @@ void add_light(nb::module_& m) {
         }
         using Figures = decltype(figures_of({}));
         std::vector<std::tuple<double, std::string, Figures, Figures, double, std::optional<double>,
-                               Array, Array>>
+                               Array, Array, std::tuple<double, double, double>>>
             list;
         for (auto& row : rows)
           list.emplace_back(row.z_m, raywave::name_of(row.view), figures_of(row.levels),
                             figures_of(row.field), row.light_share, row.haze,
                             picture_array(std::move(row.lens)),
-                            picture_array(std::move(row.hologram)));
+                            picture_array(std::move(row.hologram)),
+                            std::tuple(row.pupil_m, row.pupil_place_m[0], row.pupil_place_m[1]));
         return list;
       },
-      "hologram"_a, "depths"_a, "window"_a.none(), "blur"_a.none(), "views"_a, "lens_points"_a,
-      "border"_a, "device"_a, "fft"_a, "progress"_a.none());
+      "hologram"_a, "depths"_a, "window"_a.none(), "blur"_a.none(), "views"_a, "pupils"_a,
+      "lens_points"_a, "border"_a, "device"_a, "fft"_a, "progress"_a.none());
   m.def(
       "trade",
       [](raywave::Scene scene, bool quick, bool presets, bool exhaustive, int renders,

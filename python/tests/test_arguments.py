@@ -58,6 +58,8 @@ BAD = [
     (("preview",), "z", (*REAL, 0)),
     (("lens", "preview", "reconstruct"), "view", PAIR),
     (("lens", "reconstruct"), "aperture", (*PAIR, 0)),
+    (("lens", "reconstruct"), "pupil", (3, "3", "-1mm", "2mm@1mm", "eye")),
+    (("quality",), "pupils", (["-1mm"], "eye", [3])),
     (("lens", "preview", "reconstruct"), "window", (*PAIR, 0)),
     (("propagate", "reconstruct", "encode", "shown", "refine a field"), "pitch", (*PAIR, 0, -1)),
     (("propagate", "reconstruct", "encode", "shown", "refine a field"), "wavelength",

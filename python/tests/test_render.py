@@ -99,6 +99,33 @@ def test_the_bits_are_those_of_the_command_line(program, tmp_path, device):
     assert np.array_equal(picture, image)
 
 
+def test_views_through_a_pupil_are_those_of_the_command_line(program, tmp_path):
+    setting = {"hologram.resolution": [320, 240], "sampling.frames": 1}
+    file, sets = DATA / "near_eye.toml", [f"--set={k}={json.dumps(v)}" for k, v in setting.items()]
+    scene = rw.load_scene(file, setting)
+    holo = rw.render(scene)
+    subprocess.run([program, "render", file, "-o", tmp_path, "--quiet", *sets], check=True)
+    for pupil, ending in ((None, "_eye1"), ("2mm@0.3mm,0", ""), ("none", "")):
+        how = ["-z", "-3mm", "-o", tmp_path, "--quiet", "--frame", "hologram"]
+        # The first place in the hologram's frame is the command line's
+        how += [] if pupil is None else ["--pupil", pupil]
+        subprocess.run([program, "reconstruct", tmp_path / "report.json", *how], check=True)
+        subprocess.run([program, "lens", file, *how, "--lens-points", "6", *sets], check=True)
+        shown = exr((tmp_path / f"reconstruction_-3mm{ending}.exr").read_bytes())
+        seen = exr((tmp_path / f"lens_-3mm{ending}.exr").read_bytes())
+        assert np.array_equal(shown, rw.reconstruct(holo, -3e-3, pupil=pupil))
+        assert np.array_equal(seen, rw.lens(scene, -3e-3, pupil=pupil, points=6))
+    subprocess.run([program, "quality", file, "-o", tmp_path, "--lens-points", "3", "--quiet",
+                    "-z", "-3mm", "--pupil", "scene", *sets], check=True)  # fmt: skip
+    told = json.loads((tmp_path / "quality.json").read_text())["rows"]
+    rows = rw.quality(scene, [-3e-3], lens_points=3)
+    assert [row.pupil[1] for row in rows] == [row["pupil"]["position_m"][0] for row in told]
+    for row, expected in zip(rows, told):
+        assert row.view == "pupil"
+        assert abs(row.levels.psnr_db - expected["psnr_db"]) < 1e-6
+    assert rw.quality(holo, [-3e-3], pupils="3mm", lens_points=3)[0].pupil == (3e-3, 0, 0)
+
+
 def test_arrays_have_the_shapes_and_types_that_the_docs_say(scene):
     one = rw.render(scene)
     assert (one.levels.shape, one.levels.dtype) == ((32, 48), np.uint8)

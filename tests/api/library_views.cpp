@@ -204,6 +204,48 @@ TEST_CASE("points strewn over a square look as the square does, and hide what is
                     Catch::Matchers::StartsWith("radii: must be 0 or more"));
 }
 
+TEST_CASE("behind an eyepiece the library looks through the scene's pupil, or through any") {
+  const auto scene =
+      square_scene({"hologram.resolution=[160,120]", "viewer.eyepiece=50mm", "viewer.pupil=2mm",
+                    "viewer.pupil_position=[[\"-0.6mm\",0],[0,0],[\"0.6mm\",0]]",
+                    "object.0.position=[0,0,\"-3.4mm\"]"});
+  const auto hologram = render(scene);
+  const ViewOptions whole{.z_m = -3e-3, .pupil = "none"};
+  const ViewOptions first{.z_m = -3e-3, .pupil = "2mm@-0.6mm,0"};
+  const ViewOptions asked{.z_m = -3e-3}, last{.z_m = -3e-3, .pupil = "scene@0.6mm,0"};
+  const auto seen = reconstruct(hologram, asked);
+  CHECK(seen.values == reconstruct(hologram, first).values);
+  CHECK(seen.values != reconstruct(hologram, last).values);
+  CHECK(seen.values != reconstruct(hologram, whole).values);
+  CHECK(lens(scene, asked, 6).values == lens(scene, first, 6).values);
+  CHECK(lens(scene, asked, 6).values != lens(scene, last, 6).values);
+  // A part of the hologram is looked through without a pupil
+  const ViewOptions part{.z_m = -3e-3, .aperture = {0.5, 1}};
+  auto plain = part;
+  plain.pupil = "none";
+  CHECK(reconstruct(hologram, part).values == reconstruct(hologram, plain).values);
+
+  QualityOptions how{.depths_m = {-3e-3}, .lens_points = 6, .border_px = 0};
+  how.window_m = {0.4e-3, 0.3e-3};
+  how.blur_m = 0;
+  const auto rows = quality(hologram, how);
+  REQUIRE(rows.size() == 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    CHECK(rows[i].view == View::pupil);
+    CHECK(rows[i].pupil_m == 2e-3);
+    CHECK(std::abs(rows[i].pupil_place_m[0] - (static_cast<double>(i) - 1) * 0.6e-3) < 1e-12);
+  }
+  auto view = rows[2].pupil_place_m[0] > 0 ? last : first;
+  view.window_m = how.window_m;
+  const auto expected = compare(lens(scene, view, 6), reconstruct(hologram, view));
+  CHECK(std::abs(rows[2].levels.psnr_db - expected.psnr_db) < 1e-6);
+  how.pupils = {"none"};
+  how.views = false;
+  CHECK(quality(hologram, how).at(0).view == View::whole);
+  CHECK_THROWS_WITH(reconstruct(hologram, ViewOptions{.z_m = -3e-3, .pupil = "-1mm"}),
+                    ContainsSubstring("pupil"));
+}
+
 TEST_CASE("a preview shows the outline of a sphere as the middle of the hologram sees it") {
   // The cone that touches a sphere of radius 3, 10 away, in the plane z
   const double radius = 3e-3, distance = 10e-3;

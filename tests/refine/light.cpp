@@ -201,6 +201,128 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
   }
 }
 
+/// Light from a hologram's pixels to the samples of a pupil's plane that are open, and from there
+/// to a place of the plane z: Fresnel's integral through an eyepiece (Collins), whose last element
+/// d no intensity sees.
+double intensity_through_pupil(const Optics& optics, const PictureGrid& grid,
+                               const std::vector<Complex>& h, double d, glm::dvec2 place_m) {
+  const auto& pupil = grid.pupil.value();
+  const double lambda = optics.wavelength_m, a = pupil.a, b = pupil.b_m, c = (a * d - 1) / b,
+               z = grid.z_m;
+  // Both ways are products over the axes
+  const auto along = [&](int axis) {
+    const double sign = axis == 0 ? 1 : -1;
+    std::vector<Complex> weights(static_cast<std::size_t>(optics.size[axis]));
+    for (int k = 0; k < grid.open.size[axis]; ++k) {
+      const double n = optics.pupil_plane[axis], p_m = sign *
+                                                       (grid.open.first[axis] + k - (n - 1) / 2) *
+                                                       lambda * b / (n * optics.pitch_m[axis]);
+      for (int i = 0; i < optics.size[axis]; ++i) {
+        const double x_m = sign * (i - (optics.size[axis] - 1) / 2.0) * optics.pitch_m[axis],
+                     to = (a * x_m * x_m - 2 * x_m * p_m + d * p_m * p_m) / b,
+                     back = (a * place_m[axis] * place_m[axis] - 2 * place_m[axis] * p_m +
+                             (c * z + d) * p_m * p_m) /
+                            (a * z + b);
+        weights[static_cast<std::size_t>(i)] += std::polar(1.0, pi * (to - back) / lambda);
+      }
+    }
+    return weights;
+  };
+  const auto columns = along(0), rows = along(1);
+  Complex sum = 0;
+  for (int y = 0; y < optics.size.y; ++y)
+    for (int x = 0; x < optics.size.x; ++x)
+      sum += h[static_cast<std::size_t>(y) * optics.size.x + x] * columns[x] * rows[y];
+  return std::norm(sum) / (1.0 * optics.pupil_plane.x * optics.pupil_plane.y);
+}
+
+/// Pupils behind eyepieces, in the focal plane and beside it; b < 0 crosses the axis.
+std::vector<std::pair<Pupil, double>> pupils_with_d() {
+  return {{{1 * mm, {0, 0}, 0, 50 * mm}, 0},
+          {{1 * mm, {0, 0}, 0.2, 50 * mm}, 0.1},
+          {{1 * mm, {0, 0}, -0.3, -40 * mm}, 0.4}};
+}
+
+DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before the hologram too") {
+  for (const auto backend : backends_of(device)) {
+    for (auto s : setups()) {
+      const auto field = random_phases(s.optics.size, 1, 4);
+      const auto h = masked(field, 0, {{0, 0}, s.optics.size});
+      for (const auto& [pupil, d] : pupils_with_d()) {
+        auto keys = s.keys;
+        for (std::size_t key = 0; key < keys.size(); ++key) {
+          keys[key].pupil = pupil;
+          if (key % 2) keys[key].z_m *= -0.5;
+        }
+        auto optics = s.optics;
+        optics.pupil_plane = pupil_plane_size(optics, keys);
+        std::vector<PictureGrid> grids;
+        for (const auto& key : keys)
+          grids.push_back(picture_grid(optics, key, Propagation::fresnel));
+        PhaseStack holograms(device);
+        holograms.take(field);
+        Light light(device, backend);
+        light.fit(optics, grids);
+        light.enter_pupil(holograms, 0);
+        for (std::size_t key = 0; key < keys.size(); ++key) {
+          const auto& grid = light.grid(key);
+          light.show(holograms, 0, key);
+          const auto plane = light.plane(key).read();
+          double worst = 0;
+          for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7)
+            for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5)
+              worst = std::max(
+                  worst,
+                  std::abs(
+                      std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x])) -
+                      intensity_through_pupil(optics, grid, h, d, {grid.x_m(x), grid.y_m(y)})));
+          CAPTURE(optics.size.x, key, pupil.a, pupil.b_m);
+          CHECK(worst <= 2e-5 * grid.open.size.x * grid.open.size.y);
+        }
+      }
+    }
+  }
+}
+
+DEVICE_TEST("parts that tile the pupil's plane send a picture back as it was: A* A is 1") {
+  for (const auto backend : backends_of(device)) {
+    for (const auto& [pupil, d] : pupils_with_d()) {
+      Optics optics{{64, 48}, {3.74 * um, 5 * um}, 638e-9, 9 * um};
+      std::vector<Key> keys;
+      for (const glm::dvec2 view : {glm::dvec2(-0.5, -0.5), {0.5, -0.5}, {-0.5, 0.5}, {0.5, 0.5}}) {
+        // All of the plane is known
+        keys.push_back(key_at(-0.4 * mm, view, {0.5, 0.5}, {300, 300}, optics.pitch_m));
+        keys.back().pupil = pupil;
+      }
+      optics.pupil_plane = pupil_plane_size(optics, keys);
+      std::vector<PictureGrid> grids;
+      for (const auto& key : keys) grids.push_back(picture_grid(optics, key, Propagation::fresnel));
+      const auto field = random_phases(optics.size, 1, 6);
+      PhaseStack holograms(device);
+      holograms.take(field);
+      Light light(device, backend);
+      light.fit(optics, grids);
+      light.enter_pupil(holograms, 0);
+      for (std::size_t key = 0; key < keys.size(); ++key) {
+        light.show(holograms, 0, key);
+        auto plane = light.plane(key).read();
+        for (auto& sample : plane) sample *= std::complex<float>(0, 1);
+        light.plane(key).write(plane);
+        light.step(holograms, 0, key, 1);
+      }
+      // h + i h
+      light.leave_pupil(holograms, 0, 1);
+      const auto turned = holograms.read();
+      double worst = 0;
+      for (std::size_t i = 0; i < field.samples.size(); ++i)
+        worst = std::max(worst, std::abs(Complex(turned.samples[i]) -
+                                         Complex(field.samples[i]) * std::polar(1.0, pi / 4)));
+      CAPTURE(pupil.a, pupil.b_m);
+      CHECK(worst <= 1e-5);
+    }
+  }
+}
+
 TEST_CASE("a spot becomes the closed form of its blur, from samples and from means of any size") {
   const Optics optics{{128, 96}, {3.74 * um, 3.74 * um}, 638e-9, 15 * um};
   constexpr double spot_m = 20 * um;

@@ -11,6 +11,7 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/refinement.hpp"
 #include "host/plan/key_places.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
@@ -232,7 +233,9 @@ TEST_CASE("each round of parts opens the whole hologram once, at depths through 
   const auto plan = make_plan(scene, build_world(scene));
   for (const double pupil_m : {0.36 * mm, 4 * mm}) {
     for (const int iterations : {1, 2, 5, 12, 100}) {
-      const auto places = part_places(plan, 15 * um, pupil_m, iterations);
+      ViewerSpec viewer;
+      viewer.pupil_m = pupil_m;
+      const auto places = part_places(plan, 15 * um, viewer, iterations);
       CHECK(places.back().round < iterations);
       std::vector<std::vector<int>> opened(static_cast<std::size_t>(places.back().round) + 1,
                                            std::vector<int>(384 * 192));
@@ -249,6 +252,100 @@ TEST_CASE("each round of parts opens the whole hologram once, at depths through 
         CHECK(std::count(pixels.begin(), pixels.end(), 0) == 0);
         CHECK(std::count(pixels.begin(), pixels.end(), 1) >= 384 * 192 * 97 / 100);
       }
+    }
+  }
+}
+
+/// data/near_eye.toml, smaller: a teapot before a card.
+Scene near_eye_scene(const std::vector<std::string>& more) {
+  std::vector<std::string> overrides{"hologram.resolution=[640,480]",
+                                     "sampling.frames=2",
+                                     "object.0.width=1.2mm",
+                                     "object.1.width=1.2mm",
+                                     "object.0.position=[\"0.3mm\",\"-0.1mm\",\"2.5D\"]",
+                                     "object.1.position=[\"-0.3mm\",0,\"0.5D\"]"};
+  overrides.insert(overrides.end(), more.begin(), more.end());
+  return load_scene(RAYWAVE_DATA_DIR "/near_eye.toml", overrides);
+}
+
+DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture that a lens sees") {
+  // Side by side: near the hologram, masks of what is hidden are coarse
+  const auto scene =
+      near_eye_scene({"refine.iterations=4", "object.0.width=0.9mm", "object.1.width=0.9mm",
+                      "object.0.position=[\"0.6mm\",\"-0.1mm\",\"2.5D\"]",
+                      "object.1.position=[\"-0.6mm\",0,\"0.5D\"]", "sampling.pitch=8um"});
+  const auto world = build_world(scene);
+  const auto plan = make_plan(scene, world);
+  REQUIRE(is_near_hologram(plan));
+  const DeviceScene arrays(device, world, plan);
+  const SampleTable table(device, plan, arrays);
+  const auto light = std::make_shared<SampleLight>(
+      sample_light(device, plan, arrays, table, part_plane(plan, scene.viewer)));
+  Optics optics{plan.hologram.size, plan.hologram.pitch_m, plan.hologram.wavelength_m,
+                plan.refine->blur_m.value(), 1};
+  for (const auto& place : planned_places(plan)) {
+    REQUIRE(place.pupil);
+    refinement::Key key{place.z_m, place.view, place.aperture};
+    key.pupil = place.pupil;
+    key.samples = light;
+    key.sample_window_m = refine_window_m(plan);
+    optics.pupil_plane = pupil_plane_size(optics, {&key, 1});
+    const auto grid = picture_grid(optics, key, refinement::Propagation::fresnel);
+    if (grid.open.size.x < 40) continue;  // narrow rests
+    const auto seen = blurred_target(
+        optics, lens_key(device, plan, arrays, place, optics.blur_m, {{}, 24}),
+        picture_grid(optics, lens_key(device, plan, arrays, place, optics.blur_m, {{}, 24}),
+                     refinement::Propagation::fresnel));
+    const auto picture = sample_picture(optics, grid, *light);
+    const auto wide = grid.wide_size();
+    const auto found = blurred(grid, [&](int x, int y) {
+      return static_cast<double>(
+          picture[static_cast<std::size_t>(y + grid.radius_y()) * wide.x + x + grid.margin_x()]);
+    });
+    double ff = 0, fs = 0, ss = 0;
+    for (int y = 12; y < grid.region_size.y - 12; ++y)
+      for (int x = 20; x < grid.region_size.x - 20; ++x) {
+        const auto i = static_cast<std::size_t>(y) * grid.region_size.x + x;
+        ff += found[i] * found[i];
+        fs += found[i] * seen[i];
+        ss += double{seen[i]} * seen[i];
+      }
+    CAPTURE(place.z_m, place.view.x, place.aperture.x, 1 - fs * fs / (ff * ss));
+    // A teapot hides parts of itself
+    CHECK(1 - fs * fs / (ff * ss) < 0.01);
+  }
+}
+
+DEVICE_TEST("near-eye levels refined show no less than the field through any pupil and depth") {
+  for (const auto& pupil : {"2mm", "3mm", "4mm"}) {
+    const auto scene =
+        near_eye_scene({"refine.iterations=8", std::string("viewer.pupil=") + pupil});
+    const auto world = build_world(scene);
+    const auto rendered = render(device, scene, world);
+    const auto& plan = rendered.plan;
+    const DeviceScene arrays(device, world, plan);
+    std::vector<JudgedKey> judged;
+    const double near_m = plan.extent.near_m, far_m = plan.extent.far_m;
+    for (const double share : {0.03, 0.41, 0.97})
+      for (const double x_m : {-0.6 * mm, -0.23 * mm, 0.45 * mm}) {
+        const KeyPlace place{near_m + share * (far_m - near_m), {0, 0}, {1, 1}, 1, 0,
+                             pupil_at(scene.viewer, {x_m, 0})};
+        judged.push_back({KeyRole::held_out,
+                          lens_key(device, plan, arrays, place, *plan.refine->blur_m, {{}, 8})});
+      }
+    auto plain = scene;
+    plain.refine.reset();
+    const auto unrefined = render(device, plain, world);
+    const auto figures =
+        judge_refinement(device, cl::FftBackend::host, scene.hologram,
+                         {unrefined.field, shown_field(*unrefined.panel, unrefined.levels),
+                          shown_field(*rendered.panel, rendered.levels)},
+                         judged, *plan.refine->blur_m, 20, (near_m + far_m) / 2);
+    for (const auto& row : figures.rows) {
+      CAPTURE(row.z_m, row.pupil->centre_m.x, row.psnr_db.field, row.psnr_db.unrefined,
+              row.psnr_db.refined);
+      CHECK(row.psnr_db.refined > row.psnr_db.field - 0.2);
+      CHECK(row.psnr_db.refined > row.psnr_db.unrefined + 0.3);
     }
   }
 }

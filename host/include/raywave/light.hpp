@@ -47,6 +47,10 @@ struct ViewOptions {
   // left to (1, 1) top right
   Vec2 view{0, 0};
   Vec2 aperture{1, 1};  // size of that part in holograms
+  // The pupil of an eye that is looked through, as --pupil of the command line, in the hologram's
+  // frame: "scene", "none", "3mm", "3mm@1mm,0". Of several places of the scene's the first. Empty:
+  // the scene's where it has an eyepiece and no part of the hologram is looked through
+  std::optional<std::string> pupil{};
   DeviceOptions on{};
   Progress progress{};
 };
@@ -54,7 +58,7 @@ struct ViewOptions {
 /// Intensity |u|^2 in the plane z, mean over the frames, on the hologram's pitch: what a sensor in
 /// the image of that plane records.
 ///
-/// throws  InputError when z, window, view or aperture are not possible
+/// throws  InputError when z, window, view, aperture or pupil are not possible
 RAYWAVE_API Picture reconstruct(const FieldView& field, const Pixels& pixels,
                                 const ViewOptions& options = {});
 
@@ -165,19 +169,23 @@ RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b
                                       const CompareOptions& options = {});
 
 struct QualityOptions {
-  std::vector<double> depths_m{};  // ascending; empty: nearest, farthest, a little in front
-  std::optional<Vec2> window_m{};  // of the pictures, around the axis; empty: as `quality` takes
-  std::optional<double> blur_m{};  // standard deviation; empty: 0.6 of sampling.pitch
-  bool views = true;               // at the first depth also through quarters of the hologram
-  int lens_points = 12;            // per axis
-  int border_px = 20;              // left out on every side
+  std::vector<double> depths_m{};     // ascending; empty: nearest, farthest, a little in front
+  std::optional<Vec2> window_m{};     // of the pictures, around the axis; empty: as `quality` takes
+  std::optional<double> blur_m{};     // standard deviation; empty: 0.6 of sampling.pitch
+  bool views = true;                  // at the first depth also through quarters of the hologram
+  std::vector<std::string> pupils{};  // ViewOptions::pupil, all places of each
+  int lens_points = 12;               // per axis
+  int border_px = 20;                 // left out on every side
   DeviceOptions on{};
   Progress progress{};
 };
 
-/// The part of a hologram that lets light through, as its viewer has it.
-enum class View { whole, left, right, top, bottom };
-constexpr auto names_of(View) { return std::array{"whole", "left", "right", "top", "bottom"}; }
+/// The part of a hologram that lets light through, as its viewer has it; or all of it, through the
+/// pupil of an eye.
+enum class View { whole, left, right, top, bottom, pupil };
+constexpr auto names_of(View) {
+  return std::array{"whole", "left", "right", "top", "bottom", "pupil"};
+}
 
 /// A picture of the hologram against that of an ideal lens, as a row of `raywave quality`.
 struct QualityRow {
@@ -188,6 +196,8 @@ struct QualityRow {
   double light_share = 0;        // of the SLM's light, that falls into the picture
   std::optional<double> haze{};  // where the lens sees nothing, of its brightest pixel
   Picture lens{}, hologram{};    // without border, averaged over squares to 640 columns at most
+  double pupil_m = 0;            // View::pupil: its diameter, and its middle from the axis
+  Vec2 pupil_place_m{0, 0};
 };
 
 /// How well a hologram shows its scene, as `raywave quality` measures it (docs/quality.md).
