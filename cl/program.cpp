@@ -72,8 +72,8 @@ void refuse_unknown(const Options& options, const ProgramSource& program) {
   return program;
 }
 
-/// Whether the driver keeps what it has compiled. A binary would make PoCL compile every kernel once
-/// more, for groups of any size.
+/// Whether the driver keeps what it has compiled. A binary would make PoCL compile every kernel
+/// once more, for groups of any size.
 bool driver_keeps_programs(const DeviceInfo& device) {
   return is_pocl(device) && !needs_single_items(device) &&
          environment_variable("POCL_KERNEL_CACHE") != "0";

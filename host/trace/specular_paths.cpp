@@ -19,7 +19,8 @@ namespace {
 constexpr std::array<double, PATH_NODES_ALONG> nodes{-0.861136311594053, -0.339981043584856,
                                                      0.339981043584856, 0.861136311594053};
 
-/// Room in a cell for samples. Few cells have more; these are searched again.
+/// Room in a cell for samples, at first. Few cells have more; these are searched again, and the
+/// next frame gives all of them room.
 constexpr int usual_slots = 4;
 
 /// Exponents of x and y of the terms from one degree to another.
@@ -122,7 +123,7 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     fit_ = {device_, std::span<const float>(fits(reach)), "fits of paths"};
     fit_reach_ = reach;
   }
-  all_.slots = usual_slots;
+  all_.slots = std::max({usual_slots, all_.slots, crowded_.slots});
   all_.numbers.resize(cells.size());
   std::iota(all_.numbers.begin(), all_.numbers.end(), std::size_t{0});
   find_in(plan, scene, lattice, cells, all_);

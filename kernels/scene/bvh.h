@@ -433,7 +433,8 @@ static inline void bvh_clear(const Rays* rays, Layers* layers) {
 }
 
 // The nearest BVH_LAYERS hits in (t_min, t_max). culls: rays come from the hologram's centre, and
-// subtrees that face away from it are skipped: inner sides of closed meshes are no sources of light.
+// subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
+// light.
 CALLED void bvh_layers(const Tree* tree, const Rays* rays, bool culls, Layers* layers) {
   bvh_clear(rays, layers);
   bvh_traverse(tree, rays, false, culls, layers);

@@ -446,16 +446,17 @@ static inline bool is_wide(__global const Light* light) {
 }
 
 // Shares of the lights from `first` on, one per lane, that nothing keeps from surfaces that lie
-// close together. In each round every lane asks for another light. When all answers of the first
-// round agree, they hold for all; else RAYWAVE_SHADOWS rounds tell. A lane takes its own answer for
-// the lights that it has asked for, and the mean of the others' for the rest.
+// close together. In each round every lane asks for another light, or the lanes share a few. When
+// all answers of the first round agree, they hold for all; else RAYWAVE_SHADOWS rounds tell. A lane
+// takes its own answer for the lights that it has asked for, and the others' mean for the rest.
 CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int first, float bias,
                              float reach, intv active, floatv* shares) {
   const int flips[8] = {0, 15, 6, 9, 3, 12, 5, 10};
   // Lanes without a surface ask from that of another one
   float of[6][RAYWAVE_LANES], way[3][RAYWAVE_LANES];
   int is_active[RAYWAVE_LANES], place[RAYWAVE_LANES], is_point[RAYWAVE_LANES],
-      wanted[RAYWAVE_LANES], lit[RAYWAVE_LANES], asked_of[RAYWAVE_LANES], lit_of[RAYWAVE_LANES];
+      number[RAYWAVE_LANES], does_ask[RAYWAVE_LANES], lit[RAYWAVE_LANES], asked_of[RAYWAVE_LANES],
+      lit_of[RAYWAVE_LANES];
   LANES_STORE(s->x, of[0]);
   LANES_STORE(s->y, of[1]);
   LANES_STORE(s->z, of[2]);
@@ -471,6 +472,10 @@ CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int fir
     for (int k = 0; k < 6; ++k) of[k][lane] = of[k][from];
     asked_of[lane] = lit_of[lane] = 0;
   }
+  int wide[RAYWAVE_LANES], wides = 0;  // numbers of the lights with a size, from `first` on
+  for (int i = 0; i < RAYWAVE_LANES && first + i < RAYWAVE_LIGHTS; ++i) {
+    if (is_wide(scene->lights + RAYWAVE_LIGHT_PLACES * (first + i))) wide[wides++] = i;
+  }
   const floatv nx = LANES_LOAD(of[3]), ny = LANES_LOAD(of[4]), nz = LANES_LOAD(of[5]);
   Rays rays;
   rays.ox = LANES_LOAD(of[0]);
@@ -478,13 +483,10 @@ CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int fir
   rays.oz = LANES_LOAD(of[2]);
   intv known = 0, free = 0;  // bit i: light first + i
   int asked = 0, lit_in_all = 0;
-  for (int round = 0; round < min(RAYWAVE_SHADOWS, RAYWAVE_LANES); ++round) {
-    const int flip = flips[round] & (RAYWAVE_LANES - 1);
+  for (int round = 0; round < min(RAYWAVE_SHADOWS, RAYWAVE_LANES) && wides > 0; ++round) {
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-      const int l = first + (lane ^ flip);
-      __global const Light* light =
-          scene->lights + RAYWAVE_LIGHT_PLACES * min(l, RAYWAVE_LIGHTS - 1);
-      wanted[lane] = l < RAYWAVE_LIGHTS && is_wide(light) ? -1 : 0;
+      number[lane] = wide[(lane ^ (flips[round] & (RAYWAVE_LANES - 1))) % wides];
+      __global const Light* light = scene->lights + RAYWAVE_LIGHT_PLACES * (first + number[lane]);
       is_point[lane] = light->is_point ? -1 : 0;
       way[0][lane] = light[place[lane]].x;
       way[1][lane] = light[place[lane]].y;
@@ -495,7 +497,7 @@ CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int fir
     rays.dx = LANES_LOAD(way[0]) - LANES_SELECT(zero, rays.ox, point);
     rays.dy = LANES_LOAD(way[1]) - LANES_SELECT(zero, rays.oy, point);
     rays.dz = LANES_LOAD(way[2]) - LANES_SELECT(zero, rays.oz, point);
-    const intv asks = LANES_LOAD(wanted) & (rays.dx * nx + rays.dy * ny + rays.dz * nz > 0.0f);
+    const intv asks = rays.dx * nx + rays.dy * ny + rays.dz * nz > 0.0f;
     if (!LANES_ANY(asks)) continue;
     Rays shadow = rays;
     shadow.ox += bias * nx;
@@ -505,16 +507,15 @@ CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int fir
     shadow.t_max = LANES_SELECT((floatv)(reach), (floatv)(1.0f), point);
     shadow.active = asks;
     const intv passes = asks & !bvh_occluded(&scene->tree, &shadow);
-    const intv bit = (intv)(1) << (LANES_INDEX ^ flip);
+    const intv bit = (intv)(1) << LANES_LOAD(number);
     known |= LANES_SELECT((intv)(0), bit, asks);
     free |= LANES_SELECT((intv)(0), bit, passes);
-    LANES_STORE(asks, wanted);
+    LANES_STORE(asks, does_ask);
     LANES_STORE(passes, lit);
     for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-      const int i = lane ^ flip;
-      asked_of[i] += wanted[lane] != 0;
-      lit_of[i] += lit[lane] != 0;
-      asked += wanted[lane] != 0;
+      asked_of[number[lane]] += does_ask[lane] != 0;
+      lit_of[number[lane]] += lit[lane] != 0;
+      asked += does_ask[lane] != 0;
       lit_in_all += lit[lane] != 0;
     }
     if (round == 0 && (lit_in_all == 0 || lit_in_all == asked)) break;
