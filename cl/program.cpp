@@ -7,6 +7,7 @@
 #include "cl/device.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
+#include "host/common/environment.hpp"
 #include "host/common/stage_clock.hpp"
 
 namespace raywave::cl {
@@ -71,6 +72,13 @@ void refuse_unknown(const Options& options, const ProgramSource& program) {
   return program;
 }
 
+/// Whether the driver keeps what it has compiled. A binary would make PoCL compile every kernel
+/// once more, for groups of any size.
+bool driver_keeps_programs(const DeviceInfo& device) {
+  return is_pocl(device) && !needs_single_items(device) &&
+         environment_variable("POCL_KERNEL_CACHE") != "0";
+}
+
 }  // namespace
 
 Options with(Options options, const Options& more) {
@@ -104,10 +112,12 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name +
                                 '\n' + info.version + '\n' + info.driver) +
                       ".bin";
-  if (const auto binary = load_cached(cached); binary && !binary->empty()) {
+  const bool by_driver = driver_keeps_programs(info);
+  if (const auto binary = by_driver ? std::nullopt : load_cached(cached);
+      binary && !binary->empty()) {
     try {
       program_ = loaded(device, *binary, flags);
-      record_program(program, *binary);
+      record_program(program, [&] { return *binary; });
       return;
     } catch (const ::cl::Error&) {
       // The binary is damaged, or the driver has changed since: compile again.
@@ -127,10 +137,13 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       ", options " + flags + ": " + error_text(error.err()) + missing_tool(info) +
                       "\n" + log);
   }
-  const auto binaries = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
-  if (binaries.empty()) return;
-  store_cached(cached, binaries[0].data(), binaries[0].size());
-  record_program(program, binaries[0]);
+  const auto binary = [&]() -> std::vector<unsigned char> {
+    const auto all = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
+    return all.empty() ? std::vector<unsigned char>{} : all[0];
+  };
+  record_program(program, binary);
+  if (by_driver) return;
+  if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
 }
 
 Kernel Program::kernel(const std::string& name) const {

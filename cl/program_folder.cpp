@@ -80,7 +80,8 @@ ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries)
 
 ProgramRecorder::~ProgramRecorder() { recorder = nullptr; }
 
-void record_program(const ProgramSource& source, const std::vector<unsigned char>& binary) {
+void record_program(const ProgramSource& source,
+                    const std::function<std::vector<unsigned char>()>& binary) {
   if (!recorder) return;
   const auto name = source.name();
   auto& names = recorder->names_;
@@ -88,7 +89,8 @@ void record_program(const ProgramSource& source, const std::vector<unsigned char
   const auto& folder = recorder->folder_;
   std::string digest = "-";
   if (recorder->binaries_) {
-    const std::string bytes(binary.begin(), binary.end());
+    const auto made = binary();
+    const std::string bytes(made.begin(), made.end());
     write_text(folder / (name + ".bin"), bytes);
     digest = hash_name(bytes);
   }

@@ -8,6 +8,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -47,13 +48,16 @@ public:
   const std::vector<std::string>& names() const { return names_; }
 
 private:
-  friend void record_program(const ProgramSource& source, const std::vector<unsigned char>& binary);
+  friend void record_program(const ProgramSource& source,
+                             const std::function<std::vector<unsigned char>()>& binary);
   std::filesystem::path folder_;
   bool binaries_;
   std::vector<std::string> names_;
 };
 
-/// Tells the recorder, if there is one. For cl/program.cpp.
-void record_program(const ProgramSource& source, const std::vector<unsigned char>& binary);
+/// Tells the recorder, if there is one; `binary` is called where it writes binaries. For
+/// cl/program.cpp.
+void record_program(const ProgramSource& source,
+                    const std::function<std::vector<unsigned char>()>& binary);
 
 }  // namespace raywave::cl

@@ -43,7 +43,8 @@ double Cone::field_error() const {
 }
 
 Lighting lighting_of(const Scene& scene, const World& world) {
-  Lighting lighting{scene.lights, scene.materials, {}, scene.trace.shadows};
+  Lighting lighting{
+      scene.lights, scene.materials, {}, scene.trace.shadows, scene.trace.shadow_rays};
   for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
   lighting.first_of_meshes = static_cast<std::int32_t>(scene.materials.size());
   lighting.materials.insert(lighting.materials.end(), world.materials.begin(),

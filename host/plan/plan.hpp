@@ -237,6 +237,7 @@ struct Lighting {
   std::vector<Material> materials;  // of the scene, then those that meshes bring (World::materials)
   std::vector<std::int32_t> material_of_object;  // index into `materials`
   bool shadows = false;                          // objects keep light from each other
+  int shadow_rays = 16;                          // TraceSpec::shadow_rays
   std::int32_t first_of_meshes = 0;              // of `materials`
   std::vector<std::int32_t> used{};              // of `materials`, that some triangle has
   // TEXTURES_NONE, TEXTURES_PLAIN or TEXTURES_LOOKS of kernels/scene/options.h: what of the used

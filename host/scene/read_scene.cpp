@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // load_scenes: the keys of a scene file.
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <glm/geometric.hpp>
 #include <limits>
@@ -286,6 +287,9 @@ void keys_of(TraceSpec& spec, const Keys& key) {
   key(whole("depth", spec.depth, 0, TraceSpec::most_depth).or_auto());
   key(choice("bounces", spec.bounces));
   key(flag("shadows", spec.shadows));
+  key(whole("shadow_rays", spec.shadow_rays, 1, 16).and_then([&](const Value& v) {
+    if (!std::has_single_bit(static_cast<unsigned>(spec.shadow_rays))) v.fail("1, 2, 4, 8 or 16");
+  }));
 }
 
 void keys_of(AccuracySpec& spec, const Keys& key) {

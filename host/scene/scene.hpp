@@ -133,6 +133,9 @@ struct TraceSpec {
   std::optional<int> depth;
   Bounces bounces = Bounces::automatic;
   bool shadows = false;
+  // Of the sixteen rays of a cell, how many ask for each direction of a light that has a size where
+  // shadows change: 1, 2, 4, 8 or 16; 16: everywhere
+  int shadow_rays = 2;
 };
 
 /// How phases are computed: in floats (differences within a tile of pixels; optical paths in pairs

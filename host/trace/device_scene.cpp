@@ -273,7 +273,9 @@ cl::Options kernel_options(const Plan& plan) {
           {option::textures, std::to_string(plan.lighting.textures)},
           {option::normal_maps, plan.lighting.normal_maps ? "1" : "0"},
           {option::alpha, std::to_string(static_cast<int>(plan.lighting.alpha))},
-          {option::shadows, plan.lighting.shadows && lights > 0 ? "1" : "0"},
+          {option::shadows, std::to_string(!plan.lighting.shadows || lights == 0 ? 0
+                                           : any_light(has_size) ? plan.lighting.shadow_rays
+                                                                 : SHADOWS_ALL)},
           {option::bounces, std::to_string(plan.specular.bounces)}};
 }
 

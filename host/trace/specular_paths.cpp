@@ -5,6 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <numeric>
 #include <string>
 #include <utility>
 
@@ -17,6 +18,10 @@ namespace {
 /// Gauss-Legendre nodes: the places of most weight for a polynomial's error over the whole window.
 constexpr std::array<double, PATH_NODES_ALONG> nodes{-0.861136311594053, -0.339981043584856,
                                                      0.339981043584856, 0.861136311594053};
+
+/// Room in a cell for samples, at first. Few cells have more; these are searched again, and the
+/// next frame gives all of them room.
+constexpr int usual_slots = 4;
 
 /// Exponents of x and y of the terms from one degree to another.
 std::vector<glm::ivec2> terms_of(int first_degree, int last_degree) {
@@ -118,36 +123,64 @@ std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene&
     fit_ = {device_, std::span<const float>(fits(reach)), "fits of paths"};
     fit_reach_ = reach;
   }
-  make_room(device_, cells_, cells.size(), "cells with mirrors and glass");
-  make_room(device_, counts_, cells.size(), "samples of each cell");
-  cells_.write(cells);
-  std::vector<glm::ivec2> counts(cells.size());
-  for (;;) {
-    const auto room = cells.size() * static_cast<std::size_t>(slots_);
-    make_room(device_, samples_, room, "samples in mirrors and glass");
-    make_room(device_, visibility_masks_, room * visibility_words_, "visibility masks of samples");
-    make_room(device_, paths_, room, "paths over mirrors and through glass");
-    const auto number = [](double value) { return static_cast<float>(value); };
-    find_.run({cells.size()}, {1}, scene.arguments(), lattice, number(plan.specular.images.near_m),
-              number(plan.specular.images.far_m), number(plan.specular.images.folded_m), fit_,
-              cells_, static_cast<std::int32_t>(cells.size()), slots_, counts_, samples_,
-              visibility_masks_, paths_);
-    counts_.read(counts);
-    int most = 0;
-    for (const auto& count : counts) most = std::max(most, count.x);
-    if (most <= slots_) return counts;
-    slots_ = most;
+  all_.slots = std::max({usual_slots, all_.slots, crowded_.slots});
+  all_.numbers.resize(cells.size());
+  std::iota(all_.numbers.begin(), all_.numbers.end(), std::size_t{0});
+  find_in(plan, scene, lattice, cells, all_);
+  auto counts = all_.counts;
+  crowded_.slots = 0;
+  crowded_.numbers.clear();
+  for (std::size_t i = 0; i < counts.size(); ++i) {
+    if (counts[i].x <= all_.slots) continue;
+    crowded_.slots = std::max(crowded_.slots, counts[i].x);
+    crowded_.numbers.push_back(i);
+    all_.counts[i] = {0, 0};
   }
+  if (crowded_.numbers.empty()) return counts;
+  all_.on_counts.write(all_.counts);
+  find_in(plan, scene, lattice, cells, crowded_);
+  for (std::size_t k = 0; k < crowded_.numbers.size(); ++k)
+    counts[crowded_.numbers[k]] = crowded_.counts[k];
+  return counts;
+}
+
+void SpecularPaths::find_in(const Plan& plan, const DeviceScene& scene,
+                            const device::Lattice& lattice, std::span<const glm::ivec2> cells,
+                            Found& found) {
+  const auto count = found.numbers.size(), room = count * static_cast<std::size_t>(found.slots);
+  std::vector<glm::ivec2> wanted;
+  for (const auto number : found.numbers) wanted.push_back(cells[number]);
+  make_room(device_, found.on_cells, count, "cells with mirrors and glass");
+  make_room(device_, found.on_counts, count, "samples of each cell");
+  make_room(device_, found.samples, room, "samples in mirrors and glass");
+  make_room(device_, found.visibility_masks, room * visibility_words_,
+            "visibility masks of samples");
+  make_room(device_, found.paths, room, "paths over mirrors and through glass");
+  found.on_cells.write(wanted);
+  const auto number = [](double value) { return static_cast<float>(value); };
+  find_.run({count}, {1}, scene.arguments(), lattice, number(plan.specular.images.near_m),
+            number(plan.specular.images.far_m), number(plan.specular.images.folded_m), fit_,
+            found.on_cells, static_cast<std::int32_t>(count), found.slots, found.on_counts,
+            found.samples, found.visibility_masks, found.paths);
+  found.counts.resize(count);
+  found.on_counts.read(found.counts);
 }
 
 void SpecularPaths::pack(std::span<const glm::ivec4> first, cl::Buffer<device::Sample>& samples,
                          cl::Buffer<std::uint32_t>& visibility_masks,
                          cl::Buffer<std::uint32_t>& lit, cl::Buffer<device::SamplePath>& paths) {
-  make_room(device_, first_, first.size(), "samples of each cell");
-  first_.write(first);
-  pack_.run({first.size()}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-            counts_, first_, static_cast<std::int32_t>(first.size()), slots_, samples_,
-            visibility_masks_, paths_, samples, visibility_masks, lit, paths);
+  for (auto* found : {&all_, &crowded_}) {
+    const auto count = found->numbers.size();
+    if (count == 0) continue;
+    std::vector<glm::ivec4> places;
+    for (const auto number : found->numbers) places.push_back(first[number]);
+    make_room(device_, found->on_first, count, "samples of each cell");
+    found->on_first.write(places);
+    pack_.run({count}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
+              found->on_counts, found->on_first, static_cast<std::int32_t>(count), found->slots,
+              found->samples, found->visibility_masks, found->paths, samples, visibility_masks, lit,
+              paths);
+  }
 }
 
 }  // namespace raywave

@@ -41,14 +41,22 @@ private:
   cl::Program program_;
   cl::Kernel find_, pack_;
   std::size_t visibility_words_;
-  int slots_ = 4;  // room in each cell, in samples; grows to the largest number found
   cl::Buffer<float> fit_;
   double fit_reach_ = 0;  // that it was made for
-  cl::Buffer<glm::ivec2> cells_, counts_;
-  cl::Buffer<glm::ivec4> first_;
-  cl::Buffer<device::Sample> samples_;
-  cl::Buffer<std::uint32_t> visibility_masks_;
-  cl::Buffer<device::SamplePath> paths_;
+  /// What has been found in some cells, with the same room for samples in each.
+  struct Found {
+    std::vector<std::size_t> numbers;  // of the cells among those of `find`
+    std::vector<glm::ivec2> counts;
+    std::int32_t slots = 0;
+    cl::Buffer<glm::ivec2> on_cells, on_counts;
+    cl::Buffer<glm::ivec4> on_first;
+    cl::Buffer<device::Sample> samples;
+    cl::Buffer<std::uint32_t> visibility_masks;
+    cl::Buffer<device::SamplePath> paths;
+  };
+  void find_in(const Plan& plan, const DeviceScene& scene, const device::Lattice& lattice,
+               std::span<const glm::ivec2> cells, Found& found);
+  Found all_, crowded_;  // of all cells; again of those with more samples than most have
 };
 
 }  // namespace raywave

@@ -82,7 +82,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       const TrianglePlanes planes = triangle_planes_of(&scene.tree, hits.triangle);
       const DoubleSingle distance = refined_distance(&planes, &line, hits.t);
 #endif
-      floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, hit);
+      floatv radiance = phong(&scene, &surface, plane.bias, plane.reach, false, hit);
 #if RAYWAVE_BOUNCES > 0
       path.active = hit;
       reach_surface(&path, distance);

@@ -100,7 +100,7 @@ static inline void light_of_parts(const SceneArrays* scene, const Lattice* latti
     Surface part = surface_at(scene, &rays, parts + packet);
     LOOK_FOR_LIGHTS(&part, light_place_of_part(packet, column, row));
     uintv unused[LIT_WORDS];
-    of_parts = scattered(scene, &part, lattice, found, unused);
+    of_parts = scattered(scene, &part, lattice, RAYWAVE_ANTIALIAS == 4, found, unused);
     lights[packet] = sum_of_colours(&of_parts);
 #endif
     for (int k = 0; k < RAYWAVE_COLOURS; ++k)

@@ -142,6 +142,22 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   return true;
 }
 
+// Mask of the rays with nothing between their last surface and a path's source, which they may miss
+// a little.
+CALLED intv has_clear_way(const SceneArrays* scene, const Lattice* lattice, const ChiefPath* chief,
+                          const Followed* f) {
+  const float3 source = chief->source + lattice->bias * chief->face;
+  const Vector way = vector_of(source.x - f->place.x, source.y - f->place.y, source.z - f->place.z);
+  const floatv length = sqrt(vector_dot(way, way)), along = vector_dot(way, f->direction);
+  const Vector missed = vector_along(way, f->direction, -along);
+  const float cell = lattice->step * sqrt(chief->area);
+  const floatv most = 16.0f * fmax((floatv)(cell), lattice->step * length);
+  const intv comes = f->found & (along > 0.0f) & (vector_dot(missed, missed) <= most * most);
+  const Rays rays = {f->place.x, f->place.y,          f->place.z,     way.x, way.y,
+                     way.z,      f->nearest / length, (floatv)(1.0f), comes};
+  return comes & !bvh_occluded(&scene->tree, &rays);
+}
+
 #if RAYWAVE_VISIBILITY_PARTS > 0
 // Mask of the parts (i, j) of the window that see a path's source. With a surface layer, any place
 // on it does.
@@ -163,44 +179,35 @@ CALLED intv parts_that_see(const SceneArrays* scene, const Lattice* lattice,
     return f.found & lies_on(scene, surface_layer, vector_along(f.place, f.direction, hits.t),
                              hits.triangle, lattice->layer_gap);
   }
-  // From the last surface straight to the source, which the ray itself misses a little
-  const float3 source = chief->source + lattice->bias * chief->face;
-  const Vector way = vector_of(source.x - f.place.x, source.y - f.place.y, source.z - f.place.z);
-  const floatv length = sqrt(vector_dot(way, way)), along = vector_dot(way, f.direction);
-  const Vector missed = vector_along(way, f.direction, -along);
-  const float cell = lattice->step * sqrt(chief->area);
-  const floatv most = 16.0f * fmax((floatv)(cell), lattice->step * length);
-  f.found &= (along > 0.0f) & (vector_dot(missed, missed) <= most * most);
-  const Rays rays = {f.place.x, f.place.y,          f.place.z,      way.x,  way.y,
-                     way.z,     f.nearest / length, (floatv)(1.0f), f.found};
-  return f.found & !bvh_occluded(&scene->tree, &rays);
+  return has_clear_way(scene, lattice, chief, &f);
 }
 #endif
 
 // Fills the visibility mask of a path, as look_around does; returns how many parts see it.
 //
+// each           whether each part is asked from the first
 // surface_layer  where parts see any place on it (parts_that_see), else null
 CALLED int look_along(const SceneArrays* scene, const Lattice* lattice, const Sequence* sequence,
-                      const ChiefPath* chief, const BundleLayer* surface_layer, uint* visibility) {
+                      const ChiefPath* chief, bool each, const BundleLayer* surface_layer,
+                      uint* visibility) {
   for (int w = 0; w < VISIBILITY_WORDS; ++w) visibility[w] = 0;
 #if RAYWAVE_VISIBILITY_PARTS == 0
-  (void)scene, (void)lattice, (void)sequence, (void)chief, (void)surface_layer;
+  (void)scene, (void)lattice, (void)sequence, (void)chief, (void)each, (void)surface_layer;
   return VISIBILITY_ALL;
 #else
   int seen = 0;
 #if SIXTEEN_TELL
-  for (int first = 0; first < 16; first += RAYWAVE_LANES) {
+  for (int first = 0; first < 16 && !each; first += RAYWAVE_LANES) {
     const intv a = (first + LANES_INDEX) / 4, b = (first + LANES_INDEX + a) % 4;
     const intv sees = parts_that_see(scene, lattice, sequence, chief, surface_layer,
                                      part_of_16(a, b), part_of_16(b, a));
     seen += lanes_sum(LANES_SELECT((intv)(0), (intv)(1), sees));
   }
-  if (seen == 0) return 0;
-  if (seen == 16) {
-    for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
-    return VISIBILITY_ALL;
-  }
+  if (seen == 0 && !each) return 0;
+  if (seen == 16) return see_all(visibility);
   seen = 0;
+#else
+  (void)each;
 #endif
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {
     const intv part = first + LANES_INDEX;

@@ -30,7 +30,8 @@ CALLED floatv light_of_hits(const SceneArrays* scene, const Lattice* lattice, co
   s.towards = ds3(s.vx, s.vy, s.vz);
 #endif
   const floatv own = 1.0f - s.reflectivity - s.transparency;
-  return own * phong(scene, &s, lattice->bias, lattice->reach, hits->triangle >= 0);
+  return own * phong(scene, &s, lattice->bias, lattice->reach, RAYWAVE_ANTIALIAS == 4,
+                     hits->triangle >= 0);
 }
 
 #if RAYWAVE_PATHS
@@ -81,7 +82,8 @@ static inline float fitted(__global const float* row, const float* values) {
   return sum;
 }
 
-// Newton's steps that aim a node's ray, at most; one unless they miss by a sixteenth of a cell
+// Newton's steps that aim a node's ray, at most, besides the last, which is not followed: it starts
+// where the ray misses by less than a quarter of a cell
 #define PATH_STEPS 4
 // A place of the window sees a source brighter than its middle does by so much at most, or darker:
 // beyond, it is near a caustic
@@ -97,10 +99,11 @@ static inline float fitted(__global const float* row, const float* values) {
 // has no path, and what the chief path's curvature says stands for all. PATH_FOLDED: near a
 // caustic, where paths to the window cross or part, that says nothing either.
 //
-// path  that of a virtual point; unchanged where it has folded
+// path   that of a virtual point; unchanged where it has folded
+// clear  becomes false where something hides the source from a node
 CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const PathCell* cell,
                     const Sequence* sequence, const ChiefPath* chief, uint key, float own_light,
-                    bool shines, SamplePath* path) {
+                    bool shines, SamplePath* path, bool* clear) {
   const float q =
       sqrt(1.0f + chief->tangent_x * chief->tangent_x + chief->tangent_y * chief->tangent_y);
   const float depth = chief->distance / q, image_x = chief->tangent_x * depth,
@@ -119,23 +122,22 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
            tangent_y = chief->tangent_y + chief->turn[2] * x + chief->turn[3] * y;
     Followed f;
     Derivatives derivatives;
-    floatv distance = 0.0f, miss_1 = 0.0f, miss_2 = 0.0f, determinant = 0.0f, by[4];
-    for (int step = 0; step <= PATH_STEPS; ++step) {
-      if (step > 1 &&
-          !LANES_ANY(active & f.found & (miss_1 * miss_1 + miss_2 * miss_2 > 0x1p-8f * cell_area)))
-        break;
-      const floatv inverse =
-          1.0f / LANES_SELECT(determinant, (floatv)(1e-30f), determinant == 0.0f);
-      if (step > 0) {
-        tangent_x += (by[3] * miss_1 - by[1] * miss_2) * inverse;
-        tangent_y += (by[0] * miss_2 - by[2] * miss_1) * inverse;
-      }
+    floatv distance, miss_1, miss_2, determinant, by[4];
+    int steps = 0;
+    intv misses;
+    do {
       start_rays(lattice, x, y, tangent_x, tangent_y, active, &f, &derivatives);
       follow(scene, lattice, sequence, true, &f, &derivatives);
       miss_of(&f, chief, e1, e2, &distance, &miss_1, &miss_2);
       miss_by_tangents(&f, &derivatives, chief, e1, e2, distance, by);
       determinant = by[0] * by[3] - by[1] * by[2];
-    }
+      const floatv inverse =
+          1.0f / LANES_SELECT(determinant, (floatv)(1e-30f), determinant == 0.0f);
+      tangent_x += (by[3] * miss_1 - by[1] * miss_2) * inverse;
+      tangent_y += (by[0] * miss_2 - by[2] * miss_1) * inverse;
+      misses = active & f.found & (miss_1 * miss_1 + miss_2 * miss_2 > 0x1p-4f * cell_area);
+    } while (++steps <= PATH_STEPS && LANES_ANY(misses));
+    *clear = *clear && !LANES_ANY(active & !(f.first & has_clear_way(scene, lattice, chief, &f)));
     determinant = chief->turned ? -determinant : determinant;
     missed |= active & (!f.found | (distance <= 0.0f));
     folded |=

@@ -120,6 +120,8 @@ static inline float own_light_of(const SceneArrays* scene, const Lattice* lattic
 }
 #endif
 
+#define NODES_TELL (RAYWAVE_PATHS && RAYWAVE_VISIBILITY_PARTS > 0 && SIXTEEN_TELL)
+
 // Adds the sample of a surface layer that shines.
 CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
                      const BundleLayer* surface_layer, const Bundle* bundle, const Met* met,
@@ -183,9 +185,15 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
         find_chief(scene, lattice, cell, sequence, surface_layer, finder_x, finder_y, &chief);
   if (!is_found) return;
   const int kind = chief.first && free;
+  // Nodes of a fitted path that all see the source stand for all parts of the window.
+  const bool nodes_tell = NODES_TELL ? chief.first : false;
+  bool clear = nodes_tell;
   uint visibility[VISIBILITY_WORDS];
-  int parts_seen = look_along(scene, lattice, sequence, &chief, 0, visibility);
-  if (parts_seen == 0 && !(RAYWAVE_PATHS && chief.first)) return;
+  int parts_seen = 0;
+  if (!nodes_tell) {
+    parts_seen = look_along(scene, lattice, sequence, &chief, false, 0, visibility);
+    if (parts_seen == 0 && !(RAYWAVE_PATHS && chief.first)) return;
+  }
 
   SamplePath path;
   path.source[0] = chief.source.x;
@@ -197,12 +205,16 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
   const float light = own_light_of(scene, lattice, surface_layer, &chief, keys[0]);
   const bool shines = light > 0.0f;
   const int fit = fit_path(scene, lattice, cell, sequence, &chief, keys[0], shines ? light : 1.0f,
-                           shines, &path);
+                           shines, &path, &clear);
+  if (clear && fit != PATH_FOLDED)
+    parts_seen = see_all(visibility);
+  else if (nodes_tell && fit != PATH_FOLDED)
+    parts_seen = look_along(scene, lattice, sequence, &chief, true, 0, visibility);
   if (fit == PATH_FOLDED) {
     // A picture of what the window's centre sees, bright wherever a place of the window sees the
     // surface layer at all. Places see its points as densely as the centre, so it is as bright
     shine_from(&chief, cell->folded_image);
-    parts_seen = look_along(scene, lattice, sequence, &chief, surface_layer, visibility);
+    parts_seen = look_along(scene, lattice, sequence, &chief, false, surface_layer, visibility);
   }
 #endif
   if (parts_seen == 0) return;
@@ -246,7 +258,7 @@ CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice,
   uint visibility[VISIBILITY_WORDS];
   return find_chief(scene, lattice, cell, &bundle->sequence, surface_layer, x[lane], y[lane],
                     &chief) &&
-         look_along(scene, lattice, &bundle->sequence, &chief, 0, visibility) > 0;
+         look_along(scene, lattice, &bundle->sequence, &chief, false, 0, visibility) > 0;
 }
 
 // Adds the bundles that go on from a surface layer to those that wait.

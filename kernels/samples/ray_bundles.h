@@ -63,10 +63,7 @@ CALLED void meet(const SceneArrays* scene, const Lattice* lattice, const Bundle*
         layers->v[i] = hits.v;
       }
     } else {
-      if (bundle->sequence.length == 0)
-        bvh_layers(&scene->tree, &rays, layers);
-      else
-        bvh_all_layers(&scene->tree, &rays, layers);
+      bvh_layers(&scene->tree, &rays, bundle->sequence.length == 0, layers);
       keep_sources(layers, scene, &rays, lattice->layer_gap);
     }
     met->nearest[packet] = lattice->reach;

@@ -56,7 +56,7 @@ CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int 
 #endif
   Rays rays = part_rays(lattice, column, row, packet, *from < lattice->reach);
   rays.t_min = *from;
-  bvh_layers(&scene->tree, &rays, layers);
+  bvh_layers(&scene->tree, &rays, true, layers);
   const intv full = layers->triangle[BVH_LAYERS - 1] >= 0;
   *from =
       LANES_SELECT((floatv)(lattice->reach), layers->t[BVH_LAYERS - 1] + lattice->layer_gap, full);
@@ -120,7 +120,7 @@ CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, c
         (LANES_TO_FLOAT(lattice->first_x + first + lane + of_lane) + right) * lattice->step,
         ((float)(lattice->first_y + row) + upwards) * lattice->step, LANES_INDEX >= 0);
     Layers parts;
-    bvh_layers(&scene->tree, &rays, &parts);
+    bvh_layers(&scene->tree, &rays, true, &parts);
     intv differ = parts.triangle[BVH_LAYERS - 1] >= 0;
     for (int i = 0; i < BVH_LAYERS; ++i) {
       const floatv at = LANES_SELECT((floatv)(t[i][lane]),
@@ -406,7 +406,7 @@ static inline void add_samples(const SceneArrays* scene, const Lattice* lattice,
     if (last.triangle >= 0) {
       Rays further = centre_rays(lattice, first, row, LANES_INDEX == lane);
       further.t_min = last.t + lattice->layer_gap;
-      bvh_layers(&scene->tree, &further, &further_layers);
+      bvh_layers(&scene->tree, &further, true, &further_layers);
       last = hit_of_lane(&further_layers, BVH_LAYERS - 1, lane);
       keep_sources(&further_layers, scene, &centres->rays, lattice->layer_gap);
       layers = &further_layers;
@@ -443,7 +443,7 @@ __kernel void find_samples(SCENE_PARAMETERS, Lattice lattice, int breaks_known,
 
   Centres centres;
   centres.rays = centre_rays(&lattice, first, row, LANES_INDEX >= 0);
-  bvh_layers(&scene.tree, &centres.rays, &centres.layers);
+  bvh_layers(&scene.tree, &centres.rays, true, &centres.layers);
   CellParts parts;
 #if RAYWAVE_ANTIALIAS
 #if RAYWAVE_LANES == 1

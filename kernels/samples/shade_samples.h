@@ -13,22 +13,24 @@
 // 1: the parts of a cell differ in more than coverage, so that all of them are traced.
 #define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS || RAYWAVE_LIGHT_PLACES > 1)
 
-// Radiance without highlights. words: the mask of the lights that it comes from.
+// Radiance without highlights. words: the mask of the lights that it comes from, where not together
+// (share_of_light).
 static inline Radiance scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
-                                 intv active, uintv* words) {
+                                 bool together, intv active, uintv* words) {
   Radiance radiance = own_light(scene, s);
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
+  floatv shares[RAYWAVE_LANES];
   for (int l = 0; l < RAYWAVE_LIGHTS; ++l) {
     const Incident in = incident(scene->lights, l, s, lattice->reach);
-    const intv lit = lit_by(scene, &in, s, lattice->bias, active);
+    const floatv share =
+        share_of_light(scene, l, &in, s, lattice->bias, lattice->reach, together, active, shares);
     for (int k = 0; k < RAYWAVE_COLOURS; ++k)
-      radiance.of[k] +=
-          LANES_SELECT((floatv)(0.0f), s->diffuse[k] * in.facing * intensity_of(&in, k), lit);
-    words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), lit)) << (l % 32);
+      radiance.of[k] += share * (s->diffuse[k] * in.facing * intensity_of(&in, k));
+    words[l / 32] |= LANES_AS_UINT(LANES_SELECT((intv)(0), (intv)(1), share > 0.0f)) << (l % 32);
   }
 #else
-  (void)scene, (void)lattice, (void)active;
+  (void)scene, (void)lattice, (void)together, (void)active;
 #endif
   return radiance;
 }
@@ -66,7 +68,14 @@ CALLED void shade(const SceneArrays* scene, const Lattice* lattice, const Rays* 
   LOOK_FOR_LIGHTS(&s, light_place_of(column, (intv)(row)));
   (void)column, (void)row;
   uintv words[LIT_WORDS];
-  const Radiance radiance = scattered(scene, &s, lattice, hits->triangle >= 0, words);
+  intv wanted = hits->triangle >= 0;
+#if SHADOWS_PROBED && RAYWAVE_ANTIALIAS
+  // The parts tell the radiance; which lights fall on a sample is for highlights only.
+  intv shines = s.specular[0] > 0.0f;
+  for (int k = 1; k < RAYWAVE_COLOURS; ++k) shines |= s.specular[k] > 0.0f;
+  wanted &= shines;
+#endif
+  const Radiance radiance = scattered(scene, &s, lattice, false, wanted, words);
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) LANES_STORE(radiance.of[k], shaded->radiance[k]);
   for (int w = 0; w < LIT_WORDS; ++w) LANES_STORE(words[w], shaded->lit[w]);
   LANES_STORE(s.x, shaded->x);

@@ -21,6 +21,13 @@
 #define PLANE_WAVE_PARTS \
   (RAYWAVE_VISIBILITY_PARTS > 8 ? 8 : RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS : 1)
 
+// Sets all bits of a visibility mask; returns their number.
+static inline int see_all(uint* visibility) {
+  for (int w = 0; w < VISIBILITY_WORDS; ++w) visibility[w] = 0u;
+  for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
+  return VISIBILITY_ALL;
+}
+
 // Bits of row j of a visibility mask.
 static inline uint visibility_row(__global const uint* visibility, int j) {
   const int bit = j * RAYWAVE_VISIBILITY_PARTS;
@@ -143,10 +150,7 @@ static inline int look_around(const SceneArrays* scene, const Lattice* lattice, 
   if (seen == SEEN_UNKNOWN) seen = VISIBILITY_ALL;
 #endif
   if (seen == 0) return 0;
-  if (seen == VISIBILITY_ALL) {
-    for (int part = 0; part < VISIBILITY_ALL; ++part) visibility[part / 32] |= 1u << (part % 32);
-    return VISIBILITY_ALL;
-  }
+  if (seen == VISIBILITY_ALL) return see_all(visibility);
 #if RAYWAVE_LANES > 1
   seen = 0;
   for (int first = 0; first < VISIBILITY_ALL; first += RAYWAVE_LANES) {

@@ -414,9 +414,14 @@ BVH_INLINE Hits bvh_traverse(const Tree* tree, const Rays* rays, bool any_hit, b
   }
 }
 
+// The nearest hits in (t_min, t_max); with any_hit, any. Drivers compile the search once for both.
+CALLED Hits bvh_search(const Tree* tree, const Rays* rays, bool any_hit) {
+  return bvh_traverse(tree, rays, any_hit, false, 0);
+}
+
 // The nearest hits in (t_min, t_max).
-CALLED Hits bvh_nearest(const Tree* tree, const Rays* rays) {
-  return bvh_traverse(tree, rays, false, false, 0);
+static inline Hits bvh_nearest(const Tree* tree, const Rays* rays) {
+  return bvh_search(tree, rays, false);
 }
 
 static inline void bvh_clear(const Rays* rays, Layers* layers) {
@@ -427,18 +432,12 @@ static inline void bvh_clear(const Rays* rays, Layers* layers) {
   }
 }
 
-// The nearest BVH_LAYERS hits in (t_min, t_max) of rays that come from the hologram's centre.
-// Subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
+// The nearest BVH_LAYERS hits in (t_min, t_max). culls: rays come from the hologram's centre, and
+// subtrees that face away from it are skipped: inner sides of closed meshes are no sources of
 // light.
-CALLED void bvh_layers(const Tree* tree, const Rays* rays, Layers* layers) {
+CALLED void bvh_layers(const Tree* tree, const Rays* rays, bool culls, Layers* layers) {
   bvh_clear(rays, layers);
-  bvh_traverse(tree, rays, false, true, layers);
-}
-
-// The same of rays from anywhere, without skipping any.
-CALLED void bvh_all_layers(const Tree* tree, const Rays* rays, Layers* layers) {
-  bvh_clear(rays, layers);
-  bvh_traverse(tree, rays, false, false, layers);
+  bvh_traverse(tree, rays, false, culls, layers);
 }
 
 #if RAYWAVE_LANES > 1
@@ -470,7 +469,7 @@ CALLED intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
     LANES_STORE(untried, candidates);
   }
   if (LANES_ANY(left.active)) {
-    const intv triangle = bvh_traverse(tree, &left, true, false, 0).triangle;
+    const intv triangle = bvh_search(tree, &left, true).triangle;
     stopped_by = LANES_SELECT(stopped_by, triangle, left.active);
   }
   LANES_STORE(stopped_by, known);
@@ -479,8 +478,8 @@ CALLED intv bvh_occluded_again(const Tree* tree, const Rays* rays, int* known) {
 #endif
 
 // Mask of the rays that meet anything in (t_min, t_max).
-CALLED intv bvh_occluded(const Tree* tree, const Rays* rays) {
-  return bvh_traverse(tree, rays, true, false, 0).triangle >= 0;
+static inline intv bvh_occluded(const Tree* tree, const Rays* rays) {
+  return bvh_search(tree, rays, true).triangle >= 0;
 }
 
 #endif

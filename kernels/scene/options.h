@@ -69,7 +69,10 @@
 #define RAYWAVE_ALPHA ALPHA_OPAQUE
 #endif
 
-// 1: lights are tested for occluders
+// 0: nothing is in a light's way. Otherwise the number of rays of a cell that ask for each
+// direction of a light that has a size, where its rays disagree; SHADOWS_ALL: every ray asks for
+// all lights
+#define SHADOWS_ALL 16
 #ifndef RAYWAVE_SHADOWS
 #define RAYWAVE_SHADOWS 0
 #endif

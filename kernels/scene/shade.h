@@ -395,19 +395,26 @@ static inline floatv laser_intensity(const Incident* in) {
 #endif
 }
 
+// Mask of the lanes that face the light.
+static inline intv faced_by(const Incident* in, const Surface* s, intv active) {
+  (void)s;
+  intv faced = (in->facing > 0.0f) & active;
+#if RAYWAVE_SPOTS
+  faced &= in->intensity > 0.0f;  // beyond a spot's edge there is nothing to hide
+#endif
+#if RAYWAVE_NORMAL_MAPS
+  faced &= in->x * s->side_x + in->y * s->side_y + in->z * s->side_z > 0.0f;
+#endif
+  return faced;
+}
+
 // Mask of the lanes that the light reaches: they face it and, with shadows, nothing lies between.
 static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Surface* s,
                           float bias, intv active) {
 #if !RAYWAVE_SHADOWS
-  (void)scene, (void)s, (void)bias;
+  (void)scene, (void)bias;
 #endif
-  intv lit = (in->facing > 0.0f) & active;
-#if RAYWAVE_SPOTS
-  lit &= in->intensity > 0.0f;  // beyond a spot's edge there is nothing to hide
-#endif
-#if RAYWAVE_NORMAL_MAPS
-  lit &= in->x * s->side_x + in->y * s->side_y + in->z * s->side_z > 0.0f;
-#endif
+  intv lit = faced_by(in, s, active);
 #if RAYWAVE_SHADOWS
   if (LANES_ANY(lit)) {
     const Rays shadow = {s->x + bias * SIDE_X(s),
@@ -423,6 +430,125 @@ static inline intv lit_by(const SceneArrays* scene, const Incident* in, const Su
   }
 #endif
   return lit;
+}
+
+// 1: rays that lie close together ask for one direction each of a light that has a size, and where
+// they disagree, for some more.
+#define SHADOWS_PROBED                                                                 \
+  (RAYWAVE_SHADOWS > 0 && RAYWAVE_SHADOWS < SHADOWS_ALL && RAYWAVE_LIGHT_PLACES > 1 && \
+   RAYWAVE_LIGHTS > 0 && RAYWAVE_LANES > 1)
+
+#if SHADOWS_PROBED
+// Whether a light has a size: its places differ.
+static inline bool is_wide(__global const Light* light) {
+  __global const Light* last = light + RAYWAVE_LIGHT_PLACES - 1;
+  return light->x != last->x || light->y != last->y || light->z != last->z;
+}
+
+// Shares of the lights from `first` on, one per lane, that nothing keeps from surfaces that lie
+// close together. In each round every lane asks for another light, or the lanes share a few. When
+// all answers of the first round agree, they hold for all; else RAYWAVE_SHADOWS rounds tell. A lane
+// takes its own answer for the lights that it has asked for, and the others' mean for the rest.
+CALLED void shares_of_lights(const SceneArrays* scene, const Surface* s, int first, float bias,
+                             float reach, intv active, floatv* shares) {
+  const int flips[8] = {0, 15, 6, 9, 3, 12, 5, 10};
+  // Lanes without a surface ask from that of another one
+  float of[6][RAYWAVE_LANES], way[3][RAYWAVE_LANES];
+  int is_active[RAYWAVE_LANES], place[RAYWAVE_LANES], is_point[RAYWAVE_LANES],
+      number[RAYWAVE_LANES], does_ask[RAYWAVE_LANES], lit[RAYWAVE_LANES], asked_of[RAYWAVE_LANES],
+      lit_of[RAYWAVE_LANES];
+  LANES_STORE(s->x, of[0]);
+  LANES_STORE(s->y, of[1]);
+  LANES_STORE(s->z, of[2]);
+  LANES_STORE(SIDE_X(s), of[3]);
+  LANES_STORE(SIDE_Y(s), of[4]);
+  LANES_STORE(SIDE_Z(s), of[5]);
+  LANES_STORE(active, is_active);
+  LANES_STORE(s->light_place, place);
+  int from = 0;
+  while (from < RAYWAVE_LANES - 1 && !is_active[from]) ++from;
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+    from = is_active[lane] ? lane : from;
+    for (int k = 0; k < 6; ++k) of[k][lane] = of[k][from];
+    asked_of[lane] = lit_of[lane] = 0;
+  }
+  int wide[RAYWAVE_LANES], wides = 0;  // numbers of the lights with a size, from `first` on
+  for (int i = 0; i < RAYWAVE_LANES && first + i < RAYWAVE_LIGHTS; ++i) {
+    if (is_wide(scene->lights + RAYWAVE_LIGHT_PLACES * (first + i))) wide[wides++] = i;
+  }
+  const floatv nx = LANES_LOAD(of[3]), ny = LANES_LOAD(of[4]), nz = LANES_LOAD(of[5]);
+  Rays rays;
+  rays.ox = LANES_LOAD(of[0]);
+  rays.oy = LANES_LOAD(of[1]);
+  rays.oz = LANES_LOAD(of[2]);
+  intv known = 0, free = 0;  // bit i: light first + i
+  int asked = 0, lit_in_all = 0;
+  for (int round = 0; round < min(RAYWAVE_SHADOWS, RAYWAVE_LANES) && wides > 0; ++round) {
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      number[lane] = wide[(lane ^ (flips[round] & (RAYWAVE_LANES - 1))) % wides];
+      __global const Light* light = scene->lights + RAYWAVE_LIGHT_PLACES * (first + number[lane]);
+      is_point[lane] = light->is_point ? -1 : 0;
+      way[0][lane] = light[place[lane]].x;
+      way[1][lane] = light[place[lane]].y;
+      way[2][lane] = light[place[lane]].z;
+    }
+    const intv point = LANES_LOAD(is_point);
+    const floatv zero = 0.0f;
+    rays.dx = LANES_LOAD(way[0]) - LANES_SELECT(zero, rays.ox, point);
+    rays.dy = LANES_LOAD(way[1]) - LANES_SELECT(zero, rays.oy, point);
+    rays.dz = LANES_LOAD(way[2]) - LANES_SELECT(zero, rays.oz, point);
+    const intv asks = rays.dx * nx + rays.dy * ny + rays.dz * nz > 0.0f;
+    if (!LANES_ANY(asks)) continue;
+    Rays shadow = rays;
+    shadow.ox += bias * nx;
+    shadow.oy += bias * ny;
+    shadow.oz += bias * nz;
+    shadow.t_min = 0.0f;
+    shadow.t_max = LANES_SELECT((floatv)(reach), (floatv)(1.0f), point);
+    shadow.active = asks;
+    const intv passes = asks & !bvh_occluded(&scene->tree, &shadow);
+    const intv bit = (intv)(1) << LANES_LOAD(number);
+    known |= LANES_SELECT((intv)(0), bit, asks);
+    free |= LANES_SELECT((intv)(0), bit, passes);
+    LANES_STORE(asks, does_ask);
+    LANES_STORE(passes, lit);
+    for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+      asked_of[number[lane]] += does_ask[lane] != 0;
+      lit_of[number[lane]] += lit[lane] != 0;
+      asked += does_ask[lane] != 0;
+      lit_in_all += lit[lane] != 0;
+    }
+    if (round == 0 && (lit_in_all == 0 || lit_in_all == asked)) break;
+  }
+  for (int i = 0; i < RAYWAVE_LANES && first + i < RAYWAVE_LIGHTS; ++i) {
+    if (is_wide(scene->lights + RAYWAVE_LIGHT_PLACES * (first + i))) {
+      const float mean = asked_of[i] > 0 ? (float)lit_of[i] / (float)asked_of[i]
+                         : asked > 0     ? (float)lit_in_all / (float)asked
+                                         : 1.0f;
+      shares[i] = LANES_SELECT((floatv)(mean),
+                               LANES_SELECT((floatv)(0.0f), (floatv)(1.0f), (free >> i & 1) != 0),
+                               (known >> i & 1) != 0);
+    } else {
+      const Incident in = incident(scene->lights, first + i, s, reach);
+      shares[i] = LANES_SELECT((floatv)(0.0f), (floatv)(1.0f), lit_by(scene, &in, s, bias, active));
+    }
+  }
+}
+#endif
+
+// Share of light l that reaches each lane of surfaces. shares: of the lights of its group, where
+// the surfaces lie together, made anew with the first of them.
+static inline floatv share_of_light(const SceneArrays* scene, int l, const Incident* in,
+                                    const Surface* s, float bias, float reach, bool together,
+                                    intv active, floatv* shares) {
+#if SHADOWS_PROBED
+  if (together) {
+    if (l % RAYWAVE_LANES == 0) shares_of_lights(scene, s, l, bias, reach, active, shares);
+    return LANES_SELECT((floatv)(0.0f), shares[l % RAYWAVE_LANES], faced_by(in, s, active));
+  }
+#endif
+  (void)l, (void)reach, (void)together, (void)shares;
+  return LANES_SELECT((floatv)(0.0f), (floatv)(1.0f), lit_by(scene, in, s, bias, active));
 }
 
 #if RAYWAVE_HIGHLIGHTS > 0
@@ -516,15 +642,16 @@ static inline Radiance own_light(const SceneArrays* scene, const Surface* s) {
 }
 
 // Radiance from the surface towards the viewer that the hologram shows, without bounces: ambient
-// part plus the diffuse and specular parts of all lights.
+// part plus the diffuse and specular parts of all lights. together: share_of_light
 static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
-                           intv active) {
+                           bool together, intv active) {
   Radiance radiance = own_light(scene, s);
 #if RAYWAVE_LIGHTS > 0
+  floatv shares[RAYWAVE_LANES];
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);
-    const intv lit = lit_by(scene, &in, s, bias, active);
-    if (!LANES_ANY(lit)) continue;
+    const floatv share = share_of_light(scene, i, &in, s, bias, reach, together, active, shares);
+    if (!LANES_ANY(share > 0.0f)) continue;
 #if RAYWAVE_HIGHLIGHTS > 0
     floatv glow = 0.0f;
     if (i < RAYWAVE_HIGHLIGHTS) glow = highlight(scene->lights, i, &in, s);
@@ -534,7 +661,7 @@ static inline floatv phong(const SceneArrays* scene, const Surface* s, float bia
 #if RAYWAVE_HIGHLIGHTS > 0
       if (i < RAYWAVE_HIGHLIGHTS) part += s->specular[k] * glow;
 #endif
-      radiance.of[k] += LANES_SELECT((floatv)(0.0f), part * intensity_of(&in, k), lit);
+      radiance.of[k] += share * (part * intensity_of(&in, k));
     }
   }
 #endif

@@ -104,7 +104,7 @@ __kernel void see(SCENE_PARAMETERS, LensPlane lens, int first_packet, int packet
 #elif REFINED_SURFACES
         refine_surface(&scene, &line, &hits, &surface);
 #endif
-        floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, hit);
+        floatv radiance = phong(&scene, &surface, lens.bias, lens.reach, false, hit);
 #if RAYWAVE_BOUNCES > 0
         path.active = hit;
         radiance *= own_share(&path, &surface);

@@ -170,6 +170,7 @@ DEVICE_TEST(
 
 DEVICE_TEST("a damaged kernel in the cache is compiled again") {
   const FreshCache cache;
+  const Environment without_pocls_cache("POCL_KERNEL_CACHE", "0");
   selfcheck(device);
   const auto file = fs::directory_iterator(cache.folder)->path();
   const auto size = fs::file_size(file);
@@ -180,6 +181,18 @@ DEVICE_TEST("a damaged kernel in the cache is compiled again") {
     if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
     CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
     CHECK(load_cached(file.filename()));
+  }
+}
+
+DEVICE_TEST("binaries are kept unless PoCL keeps its own") {
+  for (const std::string kept_by_pocl : {"0", "1"}) {
+    const FreshCache cache;
+    const Environment pocls_cache("POCL_KERNEL_CACHE", kept_by_pocl);
+    selfcheck(device);
+    const auto files =
+        fs::exists(cache.folder) ? std::distance(fs::directory_iterator(cache.folder), {}) : 0;
+    const bool is_pocls = cl::is_pocl(device.info()) && !cl::needs_single_items(device.info());
+    CHECK(files == (is_pocls && kept_by_pocl == "1" ? 0 : 1));
   }
 }
 
