@@ -151,8 +151,8 @@ struct ViewOptions {
   glm::dvec2 aperture() const;  // its size in holograms
   void check_percentile() const;
 
-  /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, prints a line about them,
-  /// and sends what the EXR holds to the display server. Returns what --json says of them.
+  /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, prints a line about
+  /// them, and sends what the EXR holds to the display server. Returns what --json says of them.
   ///
   /// blur_px   of the PNG, which is what is seen: standard deviation
   /// pupil     that it is seen through
@@ -162,8 +162,8 @@ struct ViewOptions {
             const std::optional<Pupil>& pupil = {}) const;
 };
 
-/// Notes where a picture in the hologram's own window is as bright along a side as elsewhere: it goes
-/// on there.
+/// Notes where a picture in the hologram's own window is nearly as bright along a side as
+/// elsewhere: it goes on there.
 ///
 /// window_m  that was asked for
 void note_cut(const ReportOptions& report, const Image& picture,

@@ -8,6 +8,7 @@
 #include <cstddef>
 #include <glm/geometric.hpp>
 #include <numbers>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/scene/reader_reply.hpp"

@@ -20,8 +20,8 @@ std::vector<double> distances_to_fifth(std::span<const glm::dvec3> points);
 ///
 /// mesh     of at least one position, without triangles; colours are kept
 /// radii    of the points, in the mesh's units; where they are missing or no number above 0, the
-///          distance to the fifth neighbour, and at most four times its median: of points strewn over
-///          a surface, discs leave 1 % of it open
+///          distance to the fifth neighbour, and at most four times its median: of points strewn
+///          over a surface, discs leave 1 % of it open
 /// returns  what is done, for whoever gave the points
 /// throws   InputError for points of no radius that lie in one place, and too many points
 std::string cover_points(Mesh& mesh, std::vector<double> radii);

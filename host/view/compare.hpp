@@ -85,9 +85,9 @@ Image cropped(const Image& image, const Region& part);
 /// The largest |value|: a `full` for which no colour is cut off.
 double largest_magnitude(const Image& values);
 
-/// A pixel for each square of `side` x `side` pixels: a mean whose weights fall off linearly to 0 at
-/// the middles of the next squares. A plain mean would let single bright dots, of a lattice as wide
-/// as some squares, beat with them.
+/// A pixel for each square of `side` x `side` pixels: a mean whose weights fall off linearly to 0
+/// at the middles of the next squares. A plain mean would let single bright dots, of a lattice as
+/// wide as some squares, beat with them.
 Image averaged(const Image& image, int side);
 
 /// Light of the hologram's picture in the rectangle around what the lens sees brighter than a

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/points.hpp"
 
+#include <cmath>
 #include <glm/geometric.hpp>
+#include <numbers>
+#include <sstream>
 
 #include "host/scene/mesh.hpp"
 #include "tests/support/catch.hpp"

@@ -66,8 +66,8 @@ struct Colour {
 };
 
 /// What vertices have that are points: a radius, or what Gaussian splats have (Kerbl et al., ACM
-/// Trans. Graph. 42, 139 (2023)): logarithms of three half axes, of the opacity's odds, and a colour
-/// as the first spherical harmonic. Other harmonics and the turn are ignored.
+/// Trans. Graph. 42, 139 (2023)): logarithms of three half axes, of the opacity's odds, and a
+/// colour as the first spherical harmonic. Other harmonics and the turn are ignored.
 struct Splats {
   std::array<int, 8> at;
 
