@@ -2,6 +2,7 @@
 #include <algorithm>
 #include <cmath>
 #include <memory>
+#include <nlohmann/json.hpp>
 #include <utility>
 
 #include "host/api/state.hpp"
@@ -10,6 +11,7 @@
 #include "host/encode/encode.hpp"
 #include "host/encode/pattern.hpp"
 #include "host/encode/shown.hpp"
+#include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/quality.hpp"
 #include "host/evaluate/trade/trade.hpp"
 #include "host/geometry/world.hpp"
@@ -379,6 +381,8 @@ std::vector<QualityRow> quality(const Hologram& hologram, const QualityOptions& 
   what.views = options.views;
   what.lens_points = options.lens_points;
   what.border_px = options.border_px;
+  const auto report = Json::parse(hologram.report());
+  if (report.contains("goal")) judge_as_planned(goal_of_json(report.at("goal")), what);
   const auto opened = open(options.on);
   raywave::RenderOptions how;
   how.fft = opened.fft;

@@ -138,13 +138,6 @@ GoalCheck goal_of(const FinishedRender& finished, const Goal& given, const std::
   return check;
 }
 
-/// Where nothing else is given, pictures are judged as the goal was planned.
-void judge_as_planned(const GoalCheck& check, QualitySpec& spec) {
-  if (!check.predicted_db) return;
-  if (!spec.blur_m) spec.blur_m = blur_of_resolution * check.resolution_m;
-  if (!spec.window) spec.window = check.window;
-}
-
 /// Renders the scenes, planned for the goal, and judges them.
 QualityResult judge_scenes(const QualityArguments& options, const cl::Device& device,
                            std::vector<Scene>& scenes, RenderOptions& how, QualitySpec& spec,

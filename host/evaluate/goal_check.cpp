@@ -94,6 +94,8 @@ std::optional<GoalCheck> check_goal(const cl::Device& device, const Goal& goal,
     what.views = false;
     what.field = false;
     what.window = check->window;
+    if (const auto& viewer = planned[laser].scene.viewer; viewer.eyepiece_m)
+      what.pupils = pupils_of(viewer);
     what.blur_m = blur_of_resolution * check->resolution_m;
     what.lens_points = lens_points;
     what.square_px = std::max(
@@ -129,6 +131,12 @@ Json json_of(const GoalCheck& check) {
                {"seconds", check.seconds},
                {"picture_s", check.picture_s}});
   return json;
+}
+
+void judge_as_planned(const GoalCheck& check, QualitySpec& spec) {
+  if (!check.predicted_db) return;
+  if (!spec.blur_m) spec.blur_m = blur_of_resolution * check.resolution_m;
+  if (!spec.window) spec.window = check.window;
 }
 
 GoalCheck goal_of_json(const Json& json) {

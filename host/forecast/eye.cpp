@@ -94,13 +94,20 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
   const auto best =
       std::max_element(eye.places.begin(), eye.places.end(),
                        [](const EyePlace& a, const EyePlace& b) { return a.light < b.light; });
+  const auto& h = plan.hologram;
+  const bool is_narrowed =
+      glm::all(glm::lessThan(h.largest_sine, 0.49 * h.wavelength_m / h.pitch_m)) &&
+      glm::all(glm::lessThan(h.largest_sine,
+                             glm::dvec2(eye.pupil.diameter_m / 2 / std::abs(eye.pupil.b_m))));
   if (const double lost = 1 - best->light; lost > least_missing)
-    warnings.push_back(percent_text(lost) +
-                       " of the light to the pupil is missing: it passes beside the hologram, or "
-                       "is steeper than its pixels can show (eyebox " +
-                       mm_text(eye.eyebox_m.x) + " x " + mm_text(eye.eyebox_m.y) +
-                       "): a smaller viewer.pupil nearer to the axis, a smaller hologram.pitch or "
-                       "a scene closer to the axis is seen whole");
+    warnings.push_back(
+        percent_text(lost) + " of the light to the pupil is missing: " +
+        (is_narrowed ? "about the axis half of the band alone is lit, which keeps the picture "
+                       "apart from what the encoding throws aside"
+                     : "it passes beside the hologram, or is steeper than its pixels can show") +
+        " (eyebox " + mm_text(eye.eyebox_m.x) + " x " + mm_text(eye.eyebox_m.y) +
+        "): a smaller viewer.pupil nearer to the axis, a smaller hologram.pitch or a scene closer "
+        "to the axis is seen whole");
   if (!scene.viewer.eyepiece_m) return warnings;
   const auto& viewer = scene.viewer;
   // Light of the hologram's edges lands a x beside that of its middle

@@ -51,6 +51,7 @@ struct PictureModel {
   glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
+  double pupil_haze = 0;   // share of the light that double phase throws aside that a pupil sees
   double stopped = 0;      // share of the light that slm.stop cuts off
   int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
   Pace pace;
@@ -58,6 +59,9 @@ struct PictureModel {
   PictureWindow window;
   std::vector<PictureRow> rows;
 };
+
+/// PictureModel::pupil_haze of pupils that reach so far from the axis, in widths of the SLM's band.
+double haze_of_pupil(double reach);
 
 /// Takes over how the plan's hologram is refined, if it is.
 void set_refinement(PictureModel& model, const Plan& plan);

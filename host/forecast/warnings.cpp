@@ -201,6 +201,13 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   leave_out(plan.slm.undiffracted > 0, "slm.undiffracted");
   leave_out(plan.slm.crosstalk.any(), "slm.crosstalk");
   if (!left_out.empty()) warn("the predicted PSNR leaves out " + left_out);
+  // Amplitudes are those that the darkest pixel shows, too
+  constexpr double dim = 0.25;
+  if (slm_light.darkest < dim && plan.slm.encoding != Encoding::phase)
+    warn("slm.encoding \"" + std::string(name_of(plan.slm.encoding)) +
+         "\" dims the picture to what the darkest pixel of illumination.profile shows, " +
+         percent_text(slm_light.darkest) +
+         " of the mean: a wider beam loses less, and so does slm.encoding \"phase\", or [refine]");
   if (const auto& viewer = scene.viewer;
       !viewer.eyepiece_m && plan.extent.near_m < -viewer.distance_m)
     warn("the picture reaches to " + length_text(plan.extent.near_m) +
