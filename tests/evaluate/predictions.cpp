@@ -147,8 +147,8 @@ TEST_CASE("kernels that were compiled before are predicted to take no time, othe
   const auto mirror =
       unseen_scene("teapot.toml", {"object.0.width=3 mm", "materials.china.reflectivity=0.2"});
   const auto of_mirror = make_plan(mirror, build_world(mirror));
-  CHECK(kernels_s(of_mirror, device).value() == Catch::Approx(1.55 * 7.5));
-  remember_kernels(of_mirror, device, {{"kernels", 30}}, {{"kernels", 15.5}});
+  CHECK(kernels_s(of_mirror, device).value() == Catch::Approx(1.45 * 7.5));
+  remember_kernels(of_mirror, device, {{"kernels", 30}}, {{"kernels", 14.5}});
   CHECK(kernels_s(of_mirror, device) == 0);
   device.keeps_kernels = false;
   CHECK(kernels_s(plan, device).value() == Catch::Approx(10));

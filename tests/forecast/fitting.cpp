@@ -80,7 +80,7 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
   CHECK(all.at(option::textures) == "1");
   CHECK(all.at(option::highlights) == "1");
   CHECK(all.at(option::sharp) == "0");  // an exponent of 60
-  CHECK(all.at(option::shadows) == "1");
+  CHECK(all.at(option::shadows) == "16");  // of a light without a size
   CHECK(all.at(option::bounces) == "2");
 
   rich.materials[rich.objects[0].material].reflectivity = 0;
