@@ -79,7 +79,7 @@ TEST_CASE("kernels are built without features that no object of the scene needs"
   const auto all = kernel_options(plan_of(rich, build_world(rich)));
   CHECK(all.at(option::textures) == "1");
   CHECK(all.at(option::highlights) == "1");
-  CHECK(all.at(option::sharp) == "0");  // an exponent of 60
+  CHECK(all.at(option::sharp) == "0");     // an exponent of 60
   CHECK(all.at(option::shadows) == "16");  // of a light without a size
   CHECK(all.at(option::bounces) == "2");
 
