@@ -92,9 +92,7 @@ Scene scene_of(SceneText text, const std::vector<std::string>& overrides) {
 
 /// White, as files have it that bring colours of vertices alone.
 MeshMaterial look_of(const MeshView& view) {
-  MeshMaterial white{"colours of the mesh in memory", {}, {}};
-  white.look.ambient = glm::dvec3(1);
-  white.look.two_sided = 1;
+  auto white = white_material("colours of the mesh in memory");
   white.look.alpha_mode = AlphaMode::blend;
   white.look.vertex_colours = view.colours.empty() ? 0 : 1;
   if (!view.texture.empty()) white.look.base_map.picture = 0;

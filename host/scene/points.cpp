@@ -66,9 +66,8 @@ std::string short_text(double value) {
 /// Where a file's points have colours: a material that shows them.
 void wear_colours(Mesh& mesh, bool is_lit) {
   if (mesh.colours.empty() || !mesh.materials.empty()) return;
-  MeshMaterial material{"colours of points", {}, {}};
-  material.look.ambient = glm::dvec3(1);
-  material.look.two_sided = material.look.vertex_colours = 1;
+  auto material = white_material("colours of points");
+  material.look.vertex_colours = 1;
   if (!is_lit) material.look.model = LookModel::unlit;
   if (std::any_of(mesh.colours.begin(), mesh.colours.end(), [](const auto& c) { return c.w < 1; }))
     material.look.alpha_mode = AlphaMode::blend;
@@ -76,6 +75,13 @@ void wear_colours(Mesh& mesh, bool is_lit) {
 }
 
 }  // namespace
+
+MeshMaterial white_material(const std::string& name) {
+  MeshMaterial material{name, {}, {}};
+  material.look.ambient = glm::dvec3(1);
+  material.look.two_sided = 1;
+  return material;
+}
 
 std::string cover_points(Mesh& mesh, std::vector<double> radii) {
   const auto points = std::move(mesh.positions), normals = std::move(mesh.normals);

@@ -14,6 +14,9 @@ namespace raywave {
 /// fewer; 0 for a single one. Points that lie in one place count as several.
 std::vector<double> distances_to_fifth(std::span<const glm::dvec3> points);
 
+/// A matt material that shows colours of vertices, a picture, or both.
+MeshMaterial white_material(const std::string& name);
+
 /// Gives a mesh of vertices alone its triangles. A point with a normal becomes a disc across it, of
 /// six corners; one without becomes a ball of eight triangles, which shows its colour unlit where
 /// it has one. Each covers as much as a disc of its radius, the ball in the mean of all directions.

@@ -117,19 +117,27 @@ private:
   std::size_t at_ = 0;
 };
 
-TEST_CASE("pictures come to tev as their EXRs hold them, of every depth") {
-  const Desk desk;
+/// What a run of the program sends, in so many connections.
+std::vector<Shown> shown_by(const Desk& desk, std::vector<std::string> words, int connections) {
   Server server;
   std::vector<Shown> shown;
-  std::thread tev([&] { shown = server.serve(2); });
-  // Large enough for several strips
-  const auto told = desk.run({"lens", desk.file("scene.toml"), "-z", "9mm", "-z", "10mm",
-                              "--lens-points", "1", "--window", "2.8mmx2.4mm", "-o",
-                              desk.file("out"), "--display-server", server.name()});
+  std::thread tev([&] { shown = server.serve(connections); });
+  words.insert(words.end(), {"-o", desk.file("out"), "--display-server", server.name()});
+  const auto told = desk.run(words);
   if (told.code != 0) server.stop();
   tev.join();
   INFO(told.err);
   REQUIRE(told.code == 0);
+  return shown;
+}
+
+TEST_CASE("pictures come to tev as their EXRs hold them, of every depth") {
+  const Desk desk;
+  // Large enough for several strips
+  const auto shown = shown_by(desk,
+                              {"lens", desk.file("scene.toml"), "-z", "9mm", "-z", "10mm",
+                               "--lens-points", "1", "--window", "2.8mmx2.4mm"},
+                              2);
   REQUIRE(shown.size() == 2);
   CHECK(shown[0].updates > 1);
   for (const auto& [one, file] : {std::pair(shown[0], "lens_9mm"), {shown[1], "lens_10mm"}}) {
@@ -143,16 +151,10 @@ TEST_CASE("pictures come to tev as their EXRs hold them, of every depth") {
 
 TEST_CASE("pictures in colour come to tev as red, green and blue") {
   const Desk desk;
-  Server server;
-  std::vector<Shown> shown;
-  std::thread tev([&] { shown = server.serve(1); });
-  const auto told = desk.run({"preview", desk.file("scene.toml"), "--set",
-                              "hologram.wavelength=['638 nm', '520 nm', '450 nm']", "-o",
-                              desk.file("out"), "--display-server", server.name()});
-  if (told.code != 0) server.stop();
-  tev.join();
-  INFO(told.err);
-  REQUIRE(told.code == 0);
+  const auto shown = shown_by(desk,
+                              {"preview", desk.file("scene.toml"), "--set",
+                               "hologram.wavelength=['638 nm', '520 nm', '450 nm']"},
+                              1);
   REQUIRE(shown.size() == 1);
   CHECK(shown[0].channels == std::vector<std::string>{"R", "G", "B"});
   CHECK(*std::max_element(shown[0].pixels[1].begin(), shown[0].pixels[1].end()) > 0);

@@ -22,6 +22,15 @@ Scene unseen_scene(const std::string& file, std::vector<std::string> more) {
   return load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / file, set);
 }
 
+/// A scene that is planned for a PSNR, rendered and measured.
+std::optional<GoalCheck> checked(const cl::Device& device, const Scene& scene, double psnr_db) {
+  const Goal goal{{}, {}, psnr_db};
+  const auto world = build_world(scene);
+  const auto planned = plan_scenes({scene}, world, figures_of(device.info()), goal);
+  Rendered rendered{{render(device, planned[0].scene, world)}, {}, {}};
+  return check_goal(device, goal, planned, world, rendered, {});
+}
+
 TEST_CASE(
     "of scenes that no fit has seen, PSNR is predicted within 2 dB, refined towards a lens 2.5, "
     "and "
@@ -63,11 +72,7 @@ TEST_CASE("what the fall-off of pixels leaves of a picture aside is predicted wi
   const auto predicted_and_measured = [&](const std::string& fill) {
     const auto scene =
         unseen_scene("teapot.toml", {"object.0.width=2 mm", "slm.carrier=[0.25, 0]", fill});
-    const Goal goal{{}, {}, 25.0};
-    const auto world = build_world(scene);
-    const auto planned = plan_scenes({scene}, world, figures_of(device.info()), goal);
-    Rendered rendered{{render(device, planned[0].scene, world)}, {}, {}};
-    const auto check = check_goal(device, goal, planned, world, rendered, {});
+    const auto check = checked(device, scene, 25);
     return std::pair(check.value().predicted_db.value(), check->measured_db.value());
   };
   const auto [ideal_db, ideal_measured_db] = predicted_and_measured("slm.fill=none");
@@ -87,11 +92,7 @@ TEST_CASE("what a wide pupil sees of double phase's haze is predicted within 2.5
          "wrp.grid=auto", "viewer.eyepiece=50 mm", std::string("viewer.pupil=") + pupil,
          "object.0.width=2.2 mm", "object.0.position=[0, 0, '2 D']", "sampling.pitch=14 um",
          "sampling.frames=2", "refine.iterations=0"});
-    const Goal goal{{}, {}, 15.0};
-    const auto world = build_world(scene);
-    const auto planned = plan_scenes({scene}, world, figures_of(device.info()), goal);
-    Rendered rendered{{render(device, planned[0].scene, world)}, {}, {}};
-    const auto check = check_goal(device, goal, planned, world, rendered, {});
+    const auto check = checked(device, scene, 15);
     REQUIRE(check);
     INFO(pupil << ": " << check->text());
     CHECK(check->measured_db.value() == Catch::Approx(check->predicted_db.value()).margin(2.5));

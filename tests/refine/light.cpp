@@ -243,6 +243,17 @@ std::vector<std::pair<Pupil, double>> pupils_with_d() {
           {{1 * mm, {0, 0}, -0.3, -40 * mm}, 0.4}};
 }
 
+/// Takes a field to the plane of the keys' pupil, which `optics` then knows.
+void enter(Light& light, PhaseStack& holograms, const FieldStack& field,
+           const std::vector<Key>& keys, Optics& optics) {
+  optics.pupil_plane = pupil_plane_size(optics, keys);
+  std::vector<PictureGrid> grids;
+  for (const auto& key : keys) grids.push_back(picture_grid(optics, key, Propagation::fresnel));
+  holograms.take(field);
+  light.fit(optics, grids);
+  light.enter_pupil(holograms, 0);
+}
+
 DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before the hologram too") {
   for (const auto backend : backends_of(device)) {
     for (auto s : setups()) {
@@ -255,15 +266,9 @@ DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before t
           if (key % 2) keys[key].z_m *= -0.5;
         }
         auto optics = s.optics;
-        optics.pupil_plane = pupil_plane_size(optics, keys);
-        std::vector<PictureGrid> grids;
-        for (const auto& key : keys)
-          grids.push_back(picture_grid(optics, key, Propagation::fresnel));
         PhaseStack holograms(device);
-        holograms.take(field);
         Light light(device, backend);
-        light.fit(optics, grids);
-        light.enter_pupil(holograms, 0);
+        enter(light, holograms, field, keys, optics);
         for (std::size_t key = 0; key < keys.size(); ++key) {
           const auto& grid = light.grid(key);
           light.show(holograms, 0, key);
@@ -294,15 +299,10 @@ DEVICE_TEST("parts that tile the pupil's plane send a picture back as it was: A*
         keys.push_back(key_at(-0.4 * mm, view, {0.5, 0.5}, {300, 300}, optics.pitch_m));
         keys.back().pupil = pupil;
       }
-      optics.pupil_plane = pupil_plane_size(optics, keys);
-      std::vector<PictureGrid> grids;
-      for (const auto& key : keys) grids.push_back(picture_grid(optics, key, Propagation::fresnel));
       const auto field = random_phases(optics.size, 1, 6);
       PhaseStack holograms(device);
-      holograms.take(field);
       Light light(device, backend);
-      light.fit(optics, grids);
-      light.enter_pupil(holograms, 0);
+      enter(light, holograms, field, keys, optics);
       for (std::size_t key = 0; key < keys.size(); ++key) {
         light.show(holograms, 0, key);
         auto plane = light.plane(key).read();

@@ -134,13 +134,6 @@ float brightest_of(std::span<const glm::vec4> colours) {
   return 4294967295.0f;
 }
 
-MeshMaterial white_material(const std::string& name) {
-  MeshMaterial material{name, {}, {}};
-  material.look.ambient = glm::dvec3(1);
-  material.look.two_sided = 1;
-  return material;
-}
-
 std::string keep_visible(std::vector<MeshMaterial>& materials, const std::string& said) {
   const auto hides = [](const MeshMaterial& one) { return one.look.alpha == 0; };
   if (materials.empty()) return {};

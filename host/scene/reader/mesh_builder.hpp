@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "host/common/error.hpp"
+#include "host/scene/points.hpp"
 #include "host/scene/read_data.hpp"
 
 namespace raywave {
@@ -72,9 +73,6 @@ private:
 /// Brightest number of colours that are 0 to 1, 0 to 255 and so on: the least of them that none of
 /// red, green and blue exceeds.
 float brightest_of(std::span<const glm::vec4> colours);
-
-/// A matt material that shows colours of vertices, a picture, or both.
-MeshMaterial white_material(const std::string& name);
 
 /// Makes materials opaque where all of them say that nothing is seen, as those of tools that mean
 /// the opposite: MTL's Tr, Collada's transparency.

@@ -11,7 +11,6 @@
 #include <span>
 #include <utility>
 
-#include "host/scene/points.hpp"
 #include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
