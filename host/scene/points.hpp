@@ -24,7 +24,7 @@ MeshMaterial white_material(const std::string& name);
 /// mesh     of at least one position, without triangles; colours are kept
 /// radii    of the points, in the mesh's units; where they are missing or no number above 0, the
 ///          distance to the fifth neighbour, and at most four times its median: of points strewn
-///          over a surface, discs leave 1 % of it open
+///          over a surface, discs leave less than 1 % of it open
 /// returns  what is done, for whoever gave the points
 /// throws   InputError for points of no radius that lie in one place, and too many points
 std::string cover_points(Mesh& mesh, std::vector<double> radii);
