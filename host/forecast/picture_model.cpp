@@ -49,17 +49,16 @@ constexpr double stop_factor = 0.14;
 
 /// What an encoding adds to the light of the field: a haze about the picture, and grain where it
 /// interferes with the picture. Mean squares over that of the picture, fitted like the others.
-/// Phases alone light all parts of the hologram evenly, also those that do not see an object: what
-/// the others see becomes too bright. `uneven` is the mean square over that of the missing light,
-/// `copies` that of copies of the picture around the band's corners, over that of the picture.
+/// `copies` is the mean square of copies of the picture around the band's corners, over that of the
+/// picture.
 struct EncodingNoise {
-  double haze = 0, grain = 0, uneven = 0, copies = 0;
+  double haze = 0, grain = 0, copies = 0;
 };
 
 /// filled  geometric mean of the shares of the SLM's band that the scene fills along x and y
 EncodingNoise noise_of(Encoding encoding, double filled) {
-  if (encoding == Encoding::phase) return {6.2e-3, 0.25, 2};
-  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016), 0.06, 0, 0.85};
+  if (encoding == Encoding::phase) return {6.2e-3, 0.25};
+  return {std::clamp(0.06 * (filled - 0.33), 0.001, 0.016), 0.06, 0.85};
 }
 
 /// Mean square of all the light that double phase throws aside, over that of white: dark pixels do
@@ -219,8 +218,68 @@ Raster radiance_fallen(const FrontView& view, const Plan& plan) {
   return radiance_times(view, [&](glm::dvec2 at, double z) { return fall_off(plan, at, z); });
 }
 
+/// Light on the hologram as phases alone show it: as bright where few surfaces light it as where
+/// many do.
+class EvenedLight {
+public:
+  EvenedLight(const FrontView& view, const Plan& plan)
+      : plan_(plan), half_m_(glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0) {
+    constexpr double most_looks = 1e4;
+    std::array<std::array<double, places>, places> light{};
+    const int step = std::max(1, static_cast<int>(std::sqrt(view.size.x * view.size.y / most_looks)));
+    for (int y = step / 2; y < view.size.y; y += step) {
+      for (int x = step / 2; x < view.size.x; x += step) {
+        const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
+                       static_cast<std::size_t>(x);
+        const double z_m = view.depth_m[i];
+        if (z_m == 0) continue;
+        const auto [across, down] = lit(view.place_m(x, y, z_m), z_m);
+        for (auto u = across.first; u < across.second; ++u)
+          for (auto v = down.first; v < down.second; ++v) light[u][v] += double{view.radiance[i]};
+      }
+    }
+    for (std::size_t u = 0; u < places; ++u)
+      for (std::size_t v = 0; v < places; ++v)
+        sums_[u + 1][v + 1] = sums_[u][v + 1] + sums_[u + 1][v] - sums_[u][v] +
+                              (light[u][v] > 0 ? 1 / light[u][v] : 0);
+  }
+
+  /// How bright a place is, over its radiance.
+  double of(glm::dvec2 at_m, double z_m) const {
+    const auto [u, v] = lit(at_m, z_m);
+    return sums_[u.second][v.second] - sums_[u.first][v.second] - sums_[u.second][v.first] +
+           sums_[u.first][v.first];
+  }
+
+private:
+  static constexpr std::size_t places = 32;  // of the hologram, along each axis
+
+  /// Of the places that light reaches, the first and the one after the last, by axis.
+  std::array<std::pair<std::size_t, std::size_t>, 2> lit(glm::dvec2 at_m, double z_m) const {
+    std::array<std::pair<std::size_t, std::size_t>, 2> ends;
+    for (int axis = 0; axis < 2; ++axis) {
+      const auto place = [&](double to_m) {
+        const double share = std::clamp((to_m / half_m_[axis] + 1) / 2, 0.0, 1.0);
+        return static_cast<std::size_t>(std::lround(share * places));
+      };
+      const auto [low, high] = part_seen(plan_, axis, at_m[axis], z_m);
+      ends[static_cast<std::size_t>(axis)] = {place(low), place(std::max(low, high))};
+    }
+    return ends;
+  }
+
+  const Plan& plan_;
+  glm::dvec2 half_m_;
+  std::array<std::array<double, places + 1>, places + 1> sums_{};  // before each place
+};
+
+Raster radiance_evened(const FrontView& view, const Plan& plan) {
+  const EvenedLight light(view, plan);
+  return radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); });
+}
+
 PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
-                  const Raster& radiance_fallen, const Plan& plan, const PictureWindow& window,
+                  const Raster& radiance_fallen, const Raster& radiance_evened, const Plan& plan, const PictureWindow& window,
                   double z_m, double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
@@ -244,11 +303,12 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
     blur_gaussian(picture, view.size, blur_m / side_m);
     return picture;
   };
-  const auto shown = picture_of(radiance_shown), fallen = picture_of(radiance_fallen);
+  const auto shown = picture_of(radiance_shown), fallen = picture_of(radiance_fallen),
+             evened = picture_of(radiance_evened);
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
              size_m = high_m - low_m;
-  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, before_blur = 0, edges = 0,
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, le = 0, ee = 0, before_blur = 0, edges = 0,
          copies = 0;
   // Light of copies around the corners of the band, where the checkerboard throws it
   const auto corner_m = std::abs(z_m) * plan.hologram.largest_sine;
@@ -271,7 +331,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
         continue;
       const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
                      static_cast<std::size_t>(x);
-      const double l = lens[i], s = shown[i], f = fallen[i];
+      const double l = lens[i], s = shown[i], f = fallen[i], e = evened[i];
       peak = std::max(peak, l);
       light += l;
       ll += l * l;
@@ -279,6 +339,8 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
       ss += s * s;
       lf += l * f;
       ff += f * f;
+      le += l * e;
+      ee += e * e;
       before_blur += double{sharp[i]} * double{sharp[i]};
       edges += double{steps[i]};
     }
@@ -296,6 +358,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
   row.sharp = before_blur * unit;
   row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
   row.fallen = ff > 0 ? std::max(0.0, ll - lf * lf / ff) * unit : row.light;
+  row.uneven = ee > 0 ? std::max(0.0, ll - le * le / ee) * unit : row.light;
   row.copies = copies / (looks * looks * peak * peak);
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
   return row;
@@ -470,11 +533,12 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
     }
   }
-  const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan);
+  const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan),
+             evened = radiance_evened(view, plan);
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))
-    model.rows.push_back(row_of(view, shown, fallen, plan, model.window, z_m, blur_m, steps));
+    model.rows.push_back(row_of(view, shown, fallen, evened, plan, model.window, z_m, blur_m, steps));
   return model;
 }
 
@@ -525,8 +589,9 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   const double wrapped = std::min(1.0, padding_error * padding_error);
   // What few iterations leave of the errors that phases alone and the samples' interference make
   const double left = left_by(model.pace, frames);
-  const auto noise =
-      noise_of(model.pace.iterations > 0 ? Encoding::phase : model.encoding, model.band_filled);
+  const auto encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
+  const auto noise = noise_of(encoding, model.band_filled);
+  const bool is_even = encoding == Encoding::phase;
   const bool throws_aside = !prediction.refined && model.encoding == Encoding::double_phase;
   const double haze_seen = throws_aside ? haze_in_pupil * model.pupil_haze : 0;
   const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
@@ -544,7 +609,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
     const double encoding_here = row.light * (std::max(noise.haze, row.unshown) * (1 - flat) +
                                               noise.grain * grain / frames) +
-                                 noise.uneven * row.missing + noise.copies * row.copies + haze_seen;
+                                 (is_even ? std::max(0.0, row.uneven - row.missing) : 0) +
+                                 noise.copies * row.copies + haze_seen;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
     const double refined_factor =

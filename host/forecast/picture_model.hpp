@@ -28,6 +28,7 @@ struct PictureRow {
   // Mean square of what hologram and WRPs cannot show: light too steep for the pixels or beyond the
   // planes
   double missing = 0;
+  double uneven = 0;   // mean square of what is too bright or dark where phases alone are shown
   double fallen = 0;   // mean square of what pixels of slm.fill leave uneven
   double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
   double copies = 0;   // mean square of copies of the picture around the corners of the SLM's band

@@ -17,14 +17,19 @@ bool crosses_hologram(const World& world);
 /// Mirrors, glass and refinement know the lattice from the hologram's centre alone.
 bool meets_hologram(const Scene& scene, const World& world);
 
+/// True for scenes farther away that can be gathered there, too: their light spreads little on the
+/// way to the hologram, and nothing asks for WRPs.
+bool serves_at_hologram(const Scene& scene, const Plan& plan);
+
 /// The plan with the scene's own propagation, which is not "auto" of Method::wrp, layers and tiles.
 ///
+/// is_near     of Method::points: surfaces are sampled from before the hologram
 /// moved_from  as make_plan
 /// samples     the lattice, where another plan's is shared
 /// images      none: they are found, and kept there
 /// throws      as make_plan
-Plan assess(const Scene& scene, const World& world, Method method, int rays_per_axis,
-            bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
+Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
+            int rays_per_axis, bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
             std::optional<Images>& images);
 
 }  // namespace raywave

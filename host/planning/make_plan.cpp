@@ -19,6 +19,9 @@ namespace {
 /// Layers and tiles that "auto" tries, where the scene leaves them open.
 constexpr int most_layers_tried = 8, most_tiles_tried = 4;
 
+/// Error of light over WRPs from which on it is gathered at the hologram, where that can be.
+constexpr double most_wrp_error = 0.3;
+
 /// The next division where virtual planes do not serve, without those whose tiles are still wider
 /// than the light of their pixels; the same where there is none.
 glm::ivec2 tiles_to_try(const Plan& plan) {
@@ -61,7 +64,8 @@ glm::ivec2 tiles_for_memory(const Plan& plan, std::uint64_t largest_buffer_bytes
 
 /// What the search varies; the rest is as the scene says.
 struct Choice {
-  Method method = Method::wrp;  // points where surfaces are near the hologram
+  Method method = Method::wrp;  // points where light is gathered at the hologram
+  bool is_near = false;         // surfaces are sampled from before the hologram
   WrpPropagation propagation = WrpPropagation::automatic;
   int layers = 1;
   std::optional<glm::ivec2> tiles;  // empty: one piece
@@ -112,7 +116,7 @@ private:
     scene.wrp.propagation = choice.propagation;
     scene.wrp.layers = choice.layers;
     scene.hologram.tiles = choice.tiles;
-    auto plan = assess(scene, world_, choice.method, rays_per_axis_, has_doubles_,
+    auto plan = assess(scene, world_, choice.method, choice.is_near, rays_per_axis_, has_doubles_,
                        choice.goes_on ? moved_from_ : nullptr, samples_, images_);
     plan.why_carrier = choice.why_carrier;
     if (!choice.why_tiles.empty()) plan.tiling.why = choice.why_tiles;
@@ -122,9 +126,13 @@ private:
 
   /// tiles  as many, if any are wanted
   Choice first(std::optional<glm::ivec2> tiles) const {
-    Choice choice{use_.method, scene_.wrp.propagation, scene_.wrp.layers,
-                  tiles,       moved_from_ != nullptr, "",
-                  ""};
+    Choice choice;
+    choice.method = use_.method;
+    choice.is_near = use_.method == Method::points && meets_hologram(scene_, world_);
+    choice.propagation = scene_.wrp.propagation;
+    choice.layers = scene_.wrp.layers;
+    choice.tiles = tiles;
+    choice.goes_on = moved_from_ != nullptr;
     if (use_.method != Method::wrp) return choice;
     const bool asks_planes =
         scene_.wrp.propagation != WrpPropagation::automatic || !scene_.wrp.distances_m.empty();
@@ -135,9 +143,7 @@ private:
         throw InputError(one_line(scene_.file.string()) +
                          ": surfaces in the hologram's plane, or near it, are gathered at the "
                          "hologram; leave out wrp.propagation and wrp.distance");
-      choice.method = Method::points;
-      choice.why_carrier = "surfaces in or near the hologram's plane are gathered there";
-      return choice;
+      return at_hologram(choice, "surfaces in or near the hologram's plane are gathered there");
     }
     if (scene_.wrp.propagation != WrpPropagation::automatic) return choice;
     if (!moved_from_) return virtual_planes(choice);
@@ -146,6 +152,13 @@ private:
     choice.propagation = propagation_of(*moved_from_);
     if (leaves_layers_) choice.layers = moved_from_->most_layers;
     choice.why_carrier = moved_from_->why_carrier;
+    return choice;
+  }
+
+  static Choice at_hologram(Choice choice, std::string why) {
+    choice.method = Method::points;
+    choice.is_near = true;
+    choice.why_carrier = std::move(why);
     return choice;
   }
 
@@ -185,6 +198,11 @@ private:
       if (shortfall != Shortfall::none) return instead(choice, plan, shortfall);
       if (!choice.goes_on) plan.why_carrier = why_virtual_planes(plan);
     }
+    const double error = propagation_error_of(plan);
+    if (choice.propagation == WrpPropagation::spectrum && choice.method == Method::wrp &&
+        scene_.wrp.propagation == WrpPropagation::automatic && error > most_wrp_error &&
+        serves_at_hologram(scene_, plan))
+      return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
     return with_more_memory(choice, plan);
   }
 
@@ -259,11 +277,13 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
 Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
                            const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
                            const MemoryUse& use, int rays_per_axis, bool has_doubles) {
-  // Layers and tiles only grow, and light that has gone over to WRPs stays there
+  // Layers and tiles only grow, and light that has gone over to WRPs stays there; what is gathered
+  // at the hologram is so beside either
   constexpr int most_rounds = 16;
-  const auto is_alike = [](const Plan& a, const Plan& b) {
-    return a.tiling.grid == b.tiling.grid && a.most_layers == b.most_layers &&
-           propagation_of(a) == propagation_of(b);
+  const auto is_alike = [](const Plan& here, const Plan& all) {
+    return here.tiling.grid == all.tiling.grid &&
+           (is_near_hologram(here) || (here.most_layers == all.most_layers &&
+                                       propagation_of(here) == propagation_of(all)));
   };
   move_to(0);
   auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);

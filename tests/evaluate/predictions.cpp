@@ -83,6 +83,30 @@ TEST_CASE("what the fall-off of pixels leaves of a picture aside is predicted wi
   CHECK(fallen_measured_db == Catch::Approx(fallen_db).margin(2));
 }
 
+TEST_CASE(
+    "pictures whose light reaches a part of the hologram, or a small part, are predicted within "
+    "3 dB, phases alone too") {
+  const auto device = test::all_devices().front();
+  const auto at = [&](const char* z, const char* encoding) {
+    return load_scene(
+        std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml",
+        {"hologram.resolution=[640, 400]", "hologram.pitch=8 um", "hologram.wavelength=532 nm",
+         "wrp.grid=auto", "object.0.width=1.6 mm", "sampling.pitch=30 um",
+         std::string("object.0.position=[0, 0, '") + z + "']",
+         std::string("slm.encoding=") + encoding});
+  };
+  for (const char* z : {"5 mm", "8 mm", "28 mm", "45 mm"}) {
+    const auto automatic = at(z, "auto");
+    CHECK(make_plan(automatic, build_world(automatic)).slm.encoding == Encoding::double_phase);
+    for (const char* encoding : {"phase", "auto"}) {
+      const auto check = checked(device, at(z, encoding), 10);
+      REQUIRE(check);
+      INFO(z << ", " << encoding << ": " << check->text());
+      CHECK(check->measured_db.value() == Catch::Approx(check->predicted_db.value()).margin(3));
+    }
+  }
+}
+
 TEST_CASE("what a wide pupil sees of double phase's haze is predicted within 2.5 dB") {
   const auto device = test::all_devices().front();
   for (const char* pupil : {"1.6 mm", "2.7 mm", "3.2 mm"}) {

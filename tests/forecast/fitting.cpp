@@ -270,9 +270,10 @@ TEST_CASE("one plan serves a pose that needs WRPs and another that needs more me
   auto scene = glowing_scene();
   scene.wrp.propagation = WrpPropagation::automatic;
   scene.sampling.frames = 4;
+  scene.wrp.lines = 1;
   World world;
   const auto move_to = [&](int pose) {
-    world = pose == 1 ? squares_in_depth(1, 3 * mm) : squares_in_depth(3, 100 * mm);
+    world = pose == 1 ? squares_in_depth(1, 30 * mm) : squares_in_depth(3, 100 * mm);
   };
   const MemoryUse use{Method::wrp, FftBackend::clfft, false};
   move_to(0);

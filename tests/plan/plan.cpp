@@ -105,6 +105,7 @@ TEST_CASE(
       for (const double p : {z / 3e3, z / 300, z}) {
         auto scene = paper_scene(mode);
         scene.sampling.pitch_m = p;
+        scene.wrp.propagation = WrpPropagation::spectrum;
         const auto plan = make_plan(scene, square_world(z / 100, {0, 0, z}, z / 10));
         CHECK(plan.extent.near_m == Approx(0.95 * z));
         CHECK(plan.layers[0].distance_m > 0);

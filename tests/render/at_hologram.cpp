@@ -160,13 +160,19 @@ DEVICE_TEST("what reaches a small pupil behind an eyepiece is the sum of its pla
   CHECK(std::sqrt(difference / energy) < 0.02);
 }
 
-TEST_CASE("scenes on one side are gathered at the hologram near it, but for mirrors and planes") {
-  for (const double z_m : {-0.2e-3, -0.1e-3, 0.1e-3, 0.2e-3}) {
+TEST_CASE(
+    "scenes on one side are gathered at the hologram near it, and as far as nothing else serves, "
+    "but for mirrors and planes") {
+  for (const double z_m : {-1.6e-3, -0.2e-3, -0.1e-3, 0.1e-3, 0.2e-3, 1.6e-3, 12e-3}) {
+    INFO("z " << z_m);
     auto stage = empty_stage();
     stage.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}));
-    const bool is_near = std::abs(z_m) < 160 * pitch_m / 4;
-    CHECK(is_near_hologram(make_plan(stage.scene, stage.world)) == is_near);
-    CHECK(make_plan(stage.scene, stage.world).is_at_hologram() == is_near);
+    const bool is_near = std::abs(z_m) < 160 * pitch_m / 4, serves_far = std::abs(z_m) > 5e-3;
+    const auto plan = make_plan(stage.scene, stage.world);
+    CHECK(is_near_hologram(plan) == !serves_far);
+    CHECK(plan.is_at_hologram() == !serves_far);
+    CHECK((plan.why_carrier.find("WRPs one of") != plan.why_carrier.npos) ==
+          (!is_near && !serves_far));
     auto planes = stage.scene;
     planes.wrp.distances_m = {0.8 * z_m};
     CHECK(!make_plan(planes, stage.world).is_at_hologram());
@@ -178,7 +184,7 @@ TEST_CASE("scenes on one side are gathered at the hologram near it, but for mirr
     mirror.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}), {.reflectivity = 1});
     CHECK(!make_plan(mirror.scene, mirror.world).is_at_hologram());
     mirror.scene.trace.depth = 0;
-    CHECK(make_plan(mirror.scene, mirror.world).is_at_hologram() == is_near);
+    CHECK(make_plan(mirror.scene, mirror.world).is_at_hologram() == !serves_far);
   }
 }
 
