@@ -226,7 +226,8 @@ public:
       : plan_(plan), half_m_(glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0) {
     constexpr double most_looks = 1e4;
     std::array<std::array<double, places>, places> light{};
-    const int step = std::max(1, static_cast<int>(std::sqrt(view.size.x * view.size.y / most_looks)));
+    const int step =
+        std::max(1, static_cast<int>(std::sqrt(view.size.x * view.size.y / most_looks)));
     for (int y = step / 2; y < view.size.y; y += step) {
       for (int x = step / 2; x < view.size.x; x += step) {
         const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
@@ -279,8 +280,8 @@ Raster radiance_evened(const FrontView& view, const Plan& plan) {
 }
 
 PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
-                  const Raster& radiance_fallen, const Raster& radiance_evened, const Plan& plan, const PictureWindow& window,
-                  double z_m, double blur_m, const Raster& steps) {
+                  const Raster& radiance_fallen, const Raster& radiance_evened, const Plan& plan,
+                  const PictureWindow& window, double z_m, double blur_m, const Raster& steps) {
   PictureRow row;
   row.z_m = z_m;
   row.spot_m = limit_m(plan, z_m);
@@ -308,8 +309,8 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
   const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
   const auto low_m = window.low_m + border, high_m = window.high_m - border,
              size_m = high_m - low_m;
-  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, le = 0, ee = 0, before_blur = 0, edges = 0,
-         copies = 0;
+  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, le = 0, ee = 0,
+         before_blur = 0, edges = 0, copies = 0;
   // Light of copies around the corners of the band, where the checkerboard throws it
   const auto corner_m = std::abs(z_m) * plan.hologram.largest_sine;
   const auto copied = [&](glm::dvec2 place_m) {
@@ -538,7 +539,8 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))
-    model.rows.push_back(row_of(view, shown, fallen, evened, plan, model.window, z_m, blur_m, steps));
+    model.rows.push_back(
+        row_of(view, shown, fallen, evened, plan, model.window, z_m, blur_m, steps));
   return model;
 }
 

@@ -70,8 +70,8 @@ constexpr double least_lit_by_phases = 0.85;
 double share_lit(const World& world, const Plan& plan) {
   double sum = 0, count = 0;
   for (const auto& at_m : positions_now(world)) {
-    sum += share_within_pixels(plan, 0, at_m.x, at_m.z) *
-           share_within_pixels(plan, 1, at_m.y, at_m.z);
+    sum +=
+        share_within_pixels(plan, 0, at_m.x, at_m.z) * share_within_pixels(plan, 1, at_m.y, at_m.z);
     ++count;
   }
   return count > 0 ? sum / count : 1;
@@ -195,8 +195,7 @@ bool meets_hologram(const Scene& scene, const World& world) {
   const bool has_bounces =
       scene.trace.depth != 0 &&
       lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
-  return crosses_hologram(world) ||
-         (!has_bounces && (!scene.refine || scene.viewer.eyepiece_m));
+  return crosses_hologram(world) || (!has_bounces && (!scene.refine || scene.viewer.eyepiece_m));
 }
 
 bool serves_at_hologram(const Scene& scene, const Plan& plan) {
@@ -208,8 +207,8 @@ bool serves_at_hologram(const Scene& scene, const Plan& plan) {
          scene.wrp.distances_m.empty() && key_of_wrps(scene).empty() && lit.x * lit.y < most_lit;
 }
 
-Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
-            int rays_per_axis, bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
+Plan assess(const Scene& scene, const World& world, Method method, bool is_near, int rays_per_axis,
+            bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
             std::optional<Images>& images) {
   // The hologram, the depths of the scene, and the steepest light that pixels can show
   Plan plan;

@@ -28,8 +28,8 @@ bool serves_at_hologram(const Scene& scene, const Plan& plan);
 /// samples     the lattice, where another plan's is shared
 /// images      none: they are found, and kept there
 /// throws      as make_plan
-Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
-            int rays_per_axis, bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
+Plan assess(const Scene& scene, const World& world, Method method, bool is_near, int rays_per_axis,
+            bool has_doubles, const Plan* moved_from, const std::optional<LatticePlan>& samples,
             std::optional<Images>& images);
 
 }  // namespace raywave

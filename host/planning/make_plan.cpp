@@ -282,8 +282,8 @@ Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
   constexpr int most_rounds = 16;
   const auto is_alike = [](const Plan& here, const Plan& all) {
     return here.tiling.grid == all.tiling.grid &&
-           (is_near_hologram(here) || (here.most_layers == all.most_layers &&
-                                       propagation_of(here) == propagation_of(all)));
+           (is_near_hologram(here) ||
+            (here.most_layers == all.most_layers && propagation_of(here) == propagation_of(all)));
   };
   move_to(0);
   auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);

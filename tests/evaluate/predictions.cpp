@@ -88,12 +88,11 @@ TEST_CASE(
     "3 dB, phases alone too") {
   const auto device = test::all_devices().front();
   const auto at = [&](const char* z, const char* encoding) {
-    return load_scene(
-        std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml",
-        {"hologram.resolution=[640, 400]", "hologram.pitch=8 um", "hologram.wavelength=532 nm",
-         "wrp.grid=auto", "object.0.width=1.6 mm", "sampling.pitch=30 um",
-         std::string("object.0.position=[0, 0, '") + z + "']",
-         std::string("slm.encoding=") + encoding});
+    return load_scene(std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml",
+                      {"hologram.resolution=[640, 400]", "hologram.pitch=8 um",
+                       "hologram.wavelength=532 nm", "wrp.grid=auto", "object.0.width=1.6 mm",
+                       "sampling.pitch=30 um", std::string("object.0.position=[0, 0, '") + z + "']",
+                       std::string("slm.encoding=") + encoding});
   };
   for (const char* z : {"5 mm", "8 mm", "28 mm", "45 mm"}) {
     const auto automatic = at(z, "auto");
