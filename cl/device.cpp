@@ -184,9 +184,23 @@ Device::Device(const DeviceInfo& info) : info_(info) {
   const auto it = std::find_if(devices.begin(), devices.end(),
                                [&](const Found& f) { return f.info.index == info.index; });
   if (it == devices.end()) throw DeviceError("device " + info.index + " " + info.name + " is gone");
+  // What is built lives as long as a device that uses it
+  struct Opened : Programs {
+    ::cl::Context context;
+  };
+  static std::mutex mutex;
+  static std::map<std::string, std::weak_ptr<Opened>> all;
   checked(info_, [&] {
     handle_ = it->handle;
-    context_ = ::cl::Context(handle_);
+    const std::lock_guard lock(mutex);
+    auto opened = all[info.index].lock();
+    if (!opened) {
+      opened = std::make_shared<Opened>();
+      opened->context = ::cl::Context(handle_);
+      all[info.index] = opened;
+    }
+    context_ = opened->context;
+    programs_ = opened;
     queue_ = ::cl::CommandQueue(context_, handle_);
   });
   try {

@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <map>
 #include <memory>
+#include <mutex>
 #include <optional>
 #include <string>
 #include <string_view>
@@ -57,7 +59,7 @@ std::vector<DeviceInfo> list_devices();
 DeviceInfo find_device(std::string_view choice = {});
 
 /// A device opened for work: context, one in-order queue for the work, and one for copies to the
-/// host that go on beside it. Copies of this share all three.
+/// host that go on beside it. Copies of this share all three, and the programs built for it.
 class Device {
 public:
   explicit Device(const DeviceInfo& info);
@@ -80,14 +82,20 @@ public:
 
 private:
   friend class Memory;
+  friend class Program;
   struct Meter {
     std::uint64_t now = 0, peak = 0;
+  };
+  struct Programs {  // by what they are built of
+    std::mutex mutex;
+    std::map<std::string, ::cl::Program> built;
   };
   DeviceInfo info_;
   ::cl::Device handle_;
   ::cl::Context context_;
   ::cl::CommandQueue queue_, copy_queue_, timing_queue_;
   std::shared_ptr<Meter> meter_ = std::make_shared<Meter>();
+  std::shared_ptr<Programs> programs_ = std::make_shared<Programs>();
 };
 
 /// "clEnqueueMapBuffer: CL_OUT_OF_RESOURCES (-5) on <device>" as a DeviceError.

@@ -108,6 +108,15 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     return;
   }
 
+  // PoCL, too, works on a source for tens of milliseconds before it finds it in its cache.
+  auto& known = *device.programs_;
+  const std::lock_guard lock(known.mutex);
+  auto& of_device = known.built[source + '\n' + flags + '\n' + info.driver];
+  if (of_device() && !is_recording()) {
+    program_ = of_device;
+    return;
+  }
+
   const auto cached = "kernel-" +
                       hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name +
                                 '\n' + info.version + '\n' + info.driver) +
@@ -116,7 +125,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
   if (const auto binary = by_driver ? std::nullopt : load_cached(cached);
       binary && !binary->empty()) {
     try {
-      program_ = loaded(device, *binary, flags);
+      of_device = program_ = loaded(device, *binary, flags);
       record_program(program, [&] { return *binary; });
       return;
     } catch (const ::cl::Error&) {
@@ -127,7 +136,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
   ::cl::Program compiled;
   try {
     compiled = ::cl::Program(device.context(), source);
-    program_ = built(device, compiled, flags);
+    of_device = program_ = built(device, compiled, flags);
   } catch (const ::cl::Error& error) {
     std::string log;
     if (compiled()) {

@@ -80,6 +80,8 @@ ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries)
 
 ProgramRecorder::~ProgramRecorder() { recorder = nullptr; }
 
+bool is_recording() { return recorder; }
+
 void record_program(const ProgramSource& source,
                     const std::function<std::vector<unsigned char>()>& binary) {
   if (!recorder) return;

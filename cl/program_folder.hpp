@@ -55,6 +55,9 @@ private:
   std::vector<std::string> names_;
 };
 
+/// Whether a recorder lives.
+bool is_recording();
+
 /// Tells the recorder, if there is one; `binary` is called where it writes binaries. For
 /// cl/program.cpp.
 void record_program(const ProgramSource& source,

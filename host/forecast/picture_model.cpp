@@ -85,6 +85,7 @@ double cell_m(const FrontView& view, double z_m) {
 /// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
 /// lies outside is dark.
 void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
+  constexpr int block = 16;  // lines side by side: columns of a raster share lines of memory
   for (int axis = 0; axis < 2; ++axis) {
     if (half[axis] <= 0) continue;
     const int n = size[axis], stride = axis == 0 ? 1 : size.x, lines = size[1 - axis],
@@ -92,17 +93,24 @@ void blur_box(Raster& raster, glm::ivec2 size, glm::dvec2 half) {
     const int whole = static_cast<int>(std::min(half[axis], 1.0 * n)), margin = whole + 1;
     const double part = half[axis] - std::floor(half[axis]), weight = 1 / (2 * half[axis] + 1);
     // Sums of the cells before each one; those in the margins are dark
-    std::vector<double> sums(static_cast<std::size_t>(n + 2 * margin + 1));
-    for (int line = 0; line < lines; ++line) {
-      float* const cells = raster.data() + std::ptrdiff_t{line} * next;
-      double* const before = sums.data() + margin;
-      for (int i = 0; i < n; ++i) before[i + 1] = before[i] + cells[std::ptrdiff_t{i} * stride];
+    std::vector<std::array<double, block>> sums(static_cast<std::size_t>(n + 2 * margin + 1));
+    for (int first = 0; first < lines; first += block) {
+      const int count = std::min(block, lines - first);
+      float* const cells = raster.data() + std::ptrdiff_t{first} * next;
+      auto* const before = sums.data() + margin;
+      for (int i = 0; i < n; ++i)
+        for (int k = 0; k < count; ++k)
+          before[i + 1][k] = before[i][k] + cells[std::ptrdiff_t{i} * stride + k * next];
       std::fill(before + n + 1, before + n + margin + 1, before[n]);
       for (int i = 0; i < n; ++i) {
-        const double* const at = before + i;
-        const double inner = at[whole + 1] - at[-whole],
-                     ends = at[-whole] - at[-whole - 1] + at[whole + 2] - at[whole + 1];
-        cells[std::ptrdiff_t{i} * stride] = static_cast<float>((inner + part * ends) * weight);
+        const auto* const at = before + i;
+        for (int k = 0; k < count; ++k) {
+          const double inner = at[whole + 1][k] - at[-whole][k],
+                       ends =
+                           at[-whole][k] - at[-whole - 1][k] + at[whole + 2][k] - at[whole + 1][k];
+          cells[std::ptrdiff_t{i} * stride + k * next] =
+              static_cast<float>((inner + part * ends) * weight);
+        }
       }
     }
   }

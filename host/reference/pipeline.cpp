@@ -279,15 +279,20 @@ private:
     std::array<double, 64> shares{};
     for (int part = 0; part < parts * parts; ++part)
       shares[static_cast<std::size_t>(part)] = seen_share(what_, index, part % parts, part / parts);
+    // Sums along x for each part along y
+    std::vector<Parts> seen(across.size());
+    for (std::size_t column = 0; column < across.size(); ++column)
+      for (int part = 0; part < parts * parts; ++part)
+        seen[column][static_cast<std::size_t>(part / parts)] +=
+            shares[static_cast<std::size_t>(part)] *
+            across[column][static_cast<std::size_t>(part % parts)];
     for (int row = top; row <= bottom; ++row) {
+      const auto& y_parts = up[static_cast<std::size_t>(row - top)];
       for (int column = left; column <= right; ++column) {
-        const auto &x_parts = across[static_cast<std::size_t>(column - left)],
-                   &y_parts = up[static_cast<std::size_t>(row - top)];
+        const auto& x_parts = seen[static_cast<std::size_t>(column - left)];
         Complex sum = 0;
-        for (int part = 0; part < parts * parts; ++part)
-          sum += shares[static_cast<std::size_t>(part)] *
-                 x_parts[static_cast<std::size_t>(part % parts)] *
-                 y_parts[static_cast<std::size_t>(part / parts)];
+        for (std::size_t part = 0; part < static_cast<std::size_t>(parts); ++part)
+          sum += x_parts[part] * y_parts[part];
         result_.field[index_of(column, row)] += common * sum;
       }
     }

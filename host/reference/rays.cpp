@@ -22,9 +22,12 @@ Hit intersect(const Corners& triangle, const Ray& ray, double sideways) {
   const double volume = side_a + side_b + side_c;
   if (volume == 0 && sideways == 0) return {};
 
-  const double reach = (length(a) + length(b) + length(c)) * sideways * length(d);
-  const double slack_a = reach * distance(b, c), slack_b = reach * distance(c, a),
-               slack_c = reach * distance(a, b);
+  double slack_a = 0, slack_b = 0, slack_c = 0;
+  if (sideways != 0) {
+    const double reach = (length(a) + length(b) + length(c)) * sideways * length(d);
+    slack_a = reach * distance(b, c), slack_b = reach * distance(c, a),
+    slack_c = reach * distance(a, b);
+  }
   const bool front = side_a >= -slack_a && side_b >= -slack_b && side_c >= -slack_c;
   const bool back = side_a <= slack_a && side_b <= slack_b && side_c <= slack_c;
   if (!front && !back) return {};
@@ -106,8 +109,15 @@ Seen free_path(std::span<const Corners> triangles, glm::dvec3 from, glm::dvec3 o
   const Ray rays[] = {{from + bias_m * off_surface, to - from, 0, 1},
                       {from + 0.5 * bias_m * off_surface, to - from, 0, 1},
                       {from + 1.5 * bias_m * off_surface, to - from, 0, 1}};
+  const auto& d = rays[0].direction;
   bool unsure = false;
   for (const auto& t : triangles) {
+    // No ray that passes farther away than this meets the triangle
+    const auto a = vec(t.a), b = vec(t.b), c = vec(t.c), away = (a + b + c) / 3.0 - rays[0].origin;
+    const double far = 2 * (distance(a, b) + distance(b, c)) + 2 * std::abs(bias_m) +
+                       1e-4 * (std::abs(away.x) + std::abs(away.y) + std::abs(away.z));
+    const auto beside = cross(away, d);
+    if (dot(beside, beside) > far * far * dot(d, d)) continue;
     const bool strict = intersect(t, rays[0]).triangle >= 0;
     if (strict) {
       bool wavers = false;

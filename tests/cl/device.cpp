@@ -28,6 +28,12 @@ struct FreshCache {
   ~FreshCache() { fs::remove_all(folder); }
 };
 
+/// Opened as in a process of its own, without programs.
+cl::Device opened_anew(const cl::DeviceInfo& info) {
+  test::kept_devices().clear();
+  return cl::Device(info);
+}
+
 cl::Program selfcheck(const cl::Device& device, int lanes = 1) {
   return cl::Program(device, "kernels/instruments/selfcheck.cl",
                      {{option::lanes, std::to_string(lanes)}});
@@ -144,55 +150,62 @@ TEST_CASE("device memory is counted while it lives") {
   CHECK(device.peak_bytes() == 4000);
 }
 
-DEVICE_TEST(
-    "a launch with wrong arguments is an error, for kernels from source and from the cache") {
-  const FreshCache cache;
-  cl::Buffer<float> floats(device, 16, "floats");
-  cl::Buffer<std::int32_t> ints(device, 16, "ints");
-  const std::int32_t blocks = 1;
-  for (const std::string from : {"source", "cache"}) {
-    INFO(device.info().name << ", kernel from " << from);
-    auto kernel = selfcheck(device).kernel("cos_sin");
-    CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
-    CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
-               "cos_sin takes 4 arguments, 3 given");
-    const bool tells = !kernel.argument_types()[0].empty();
-    // Intel's runtime does not for a program from a binary
-    CHECK((tells || (from == "cache" && device.info().platform.starts_with("Intel"))));
-    if (!tells) continue;
-    CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
-               "argument 0 is float*, int* given");
-    CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
-               "argument 3 is int, float given");
-  }
-  device.finish();
-}
-
-DEVICE_TEST("a damaged kernel in the cache is compiled again") {
-  const FreshCache cache;
-  const Environment without_pocls_cache("POCL_KERNEL_CACHE", "0");
-  selfcheck(device);
-  const auto file = fs::directory_iterator(cache.folder)->path();
-  const auto size = fs::file_size(file);
-  for (const std::string damage : {"emptied", "cut", "overwritten"}) {
-    INFO(device.info().name << ", " << damage);
-    if (damage == "emptied") fs::resize_file(file, 0);
-    if (damage == "cut") fs::resize_file(file, size / 2);
-    if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
-    CHECK(selftest::cos_sin_error(device, 1, std::vector<float>(64, 0.125f)) < 1e-6);
-    CHECK(load_cached(file.filename()));
-  }
-}
-
-DEVICE_TEST("binaries are kept unless PoCL keeps its own") {
-  for (const std::string kept_by_pocl : {"0", "1"}) {
+TEST_CASE("a launch with wrong arguments is an error, for kernels from source and from the cache") {
+  for (const auto& info : cl::list_devices()) {
     const FreshCache cache;
-    const Environment pocls_cache("POCL_KERNEL_CACHE", kept_by_pocl);
-    selfcheck(device);
-    const auto files =
-        fs::exists(cache.folder) ? std::distance(fs::directory_iterator(cache.folder), {}) : 0;
-    const bool is_pocls = cl::is_pocl(device.info()) && !cl::needs_single_items(device.info());
-    CHECK(files == (is_pocls && kept_by_pocl == "1" ? 0 : 1));
+    const std::int32_t blocks = 1;
+    for (const std::string from : {"source", "cache"}) {
+      INFO(info.name << ", kernel from " << from);
+      const auto device = opened_anew(info);
+      cl::Buffer<float> floats(device, 16, "floats");
+      cl::Buffer<std::int32_t> ints(device, 16, "ints");
+      auto kernel = selfcheck(device).kernel("cos_sin");
+      CHECK_NOTHROW(kernel.run({1}, {1}, floats, floats, floats, blocks));
+      CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, blocks); }),
+                 "cos_sin takes 4 arguments, 3 given");
+      const bool tells = !kernel.argument_types()[0].empty();
+      // Intel's runtime does not for a program from a binary
+      CHECK((tells || (from == "cache" && info.platform.starts_with("Intel"))));
+      if (!tells) continue;
+      CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, ints, floats, floats, blocks); }),
+                 "argument 0 is float*, int* given");
+      CHECK_SAYS(test::device_error_of([&] { kernel.run({1}, {1}, floats, floats, floats, 1.0f); }),
+                 "argument 3 is int, float given");
+      device.finish();
+    }
+  }
+}
+
+TEST_CASE("a damaged kernel in the cache is compiled again") {
+  for (const auto& info : cl::list_devices()) {
+    const FreshCache cache;
+    const Environment without_pocls_cache("POCL_KERNEL_CACHE", "0");
+    selfcheck(opened_anew(info));
+    const auto file = fs::directory_iterator(cache.folder)->path();
+    const auto size = fs::file_size(file);
+    for (const std::string damage : {"emptied", "cut", "overwritten"}) {
+      INFO(info.name << ", " << damage);
+      if (damage == "emptied") fs::resize_file(file, 0);
+      if (damage == "cut") fs::resize_file(file, size / 2);
+      if (damage == "overwritten") std::ofstream(file, std::ios::binary) << std::string(size, 'x');
+      const std::vector<float> turns(64, 0.125f);
+      CHECK(selftest::cos_sin_error(opened_anew(info), 1, turns) < 1e-6);
+      CHECK(load_cached(file.filename()));
+    }
+  }
+}
+
+TEST_CASE("binaries are kept unless PoCL keeps its own") {
+  for (const auto& info : cl::list_devices()) {
+    for (const std::string kept_by_pocl : {"0", "1"}) {
+      const FreshCache cache;
+      const Environment pocls_cache("POCL_KERNEL_CACHE", kept_by_pocl);
+      selfcheck(opened_anew(info));
+      const auto files =
+          fs::exists(cache.folder) ? std::distance(fs::directory_iterator(cache.folder), {}) : 0;
+      const bool is_pocls = cl::is_pocl(info) && !cl::needs_single_items(info);
+      CHECK(files == (is_pocls && kept_by_pocl == "1" ? 0 : 1));
+    }
   }
 }
 

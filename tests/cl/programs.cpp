@@ -23,7 +23,10 @@ constexpr const char* variable = "RAYWAVE_PROGRAM_DIR";
 
 /// No kernel is compiled while it lives.
 struct NoCompiler {
-  NoCompiler() { opencl_spy().refuse_compiler = true; }
+  NoCompiler() {
+    kept_devices().clear();  // what is built already needs none
+    opencl_spy().refuse_compiler = true;
+  }
   ~NoCompiler() { opencl_spy().refuse_compiler = false; }
 };
 
@@ -127,6 +130,26 @@ TEST_CASE(
     fs::remove(programs / "manifest.tsv");
     std::ofstream(binary, std::ios::binary) << "no program at all";
     CHECK_SAYS(device_error_of(build), binary.string(), "does not load");
+  }
+}
+
+TEST_CASE("while a device is open, programs that it has built are there for all that open it") {
+  const Folder folder;
+  const auto build = [](const cl::Device& on, const char* lanes) {
+    cl::Program(on, "kernels/encode/encode.cl", {{option::lanes, lanes}});
+  };
+  for (const auto& info : cl::list_devices()) {
+    INFO(info.name);
+    const Environment cache("RAYWAVE_CACHE_DIR", (folder / "none").string());
+    std::optional<cl::Device> device(info);
+    build(*device, "1");
+    const NoCompiler none;
+    CHECK_NOTHROW(build(*device, "1"));
+    CHECK_NOTHROW(build(cl::Device(info), "1"));
+    CHECK_SAYS(device_error_of([&] { build(*device, "8"); }), "does not compile");
+    device.reset();
+    if (cl::is_pocl(info) && !cl::needs_single_items(info))  // others have it in the cache
+      CHECK_SAYS(device_error_of([&] { build(cl::Device(info), "1"); }), "does not compile");
   }
 }
 

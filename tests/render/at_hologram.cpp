@@ -59,6 +59,7 @@ void check_sum(const raywave::cl::Device& device, const Illumination& light, Met
   for (std::size_t i = 0; i < field.size(); ++i) {
     finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
     const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
+    const auto lit_sine = light.sine_at(dvec2(at));
     Complex sum = 0;
     bool unsure = false;
     for (std::size_t n = 0; n < rig.samples.size(); ++n) {
@@ -69,7 +70,7 @@ void check_sum(const raywave::cl::Device& device, const Illumination& light, Met
         unsure = unsure || (std::abs(path.x) < 24 * pitch_m && std::abs(path.y) < 24 * pitch_m);
         continue;
       }
-      const auto beyond = side * dvec2(path) / r - light.sine_at(dvec2(at));
+      const auto beyond = side * dvec2(path) / r - lit_sine;
       const double most = std::max(std::abs(beyond.x), std::abs(beyond.y));
       unsure = unsure || std::abs(most - largest_sine) < 1e-5;
       dark += most > largest_sine;

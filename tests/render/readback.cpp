@@ -140,9 +140,9 @@ TEST_CASE("a device that gives only one queue computes the same levels") {
   const auto scene = wall_scene(folder, {2, 2}, 3);
   for (const auto& info : cl::list_devices()) {
     const auto two = render(cl::Device(info), scene);
-    spy.refuse_second_queue = true;
+    spy.queues_left = 1;
     const cl::Device device(info);
-    spy.refuse_second_queue = false;
+    spy.queues_left = -1;
     REQUIRE(device.copy_queue()() == device.queue()());
     CHECK(render(device, scene).levels == two.levels);
   }

@@ -10,11 +10,19 @@
 
 namespace raywave::test {
 
+/// Keep what test cases have built on them for those that follow.
+inline std::vector<cl::Device>& kept_devices() {
+  static auto& kept = *new std::vector<cl::Device>;  // drivers end before static objects do
+  return kept;
+}
+
 /// All devices found, opened; the test fails when there is none.
 inline std::vector<cl::Device> all_devices() {
   const auto infos = cl::list_devices();
   REQUIRE_FALSE(infos.empty());
-  return {infos.begin(), infos.end()};
+  std::vector<cl::Device> opened(infos.begin(), infos.end());
+  if (kept_devices().empty()) kept_devices() = opened;
+  return opened;
 }
 
 /// The message of the DeviceError that `action` throws.

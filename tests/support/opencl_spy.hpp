@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Intercepts OpenCL calls of raywave and clFFT: adds canaries behind every buffer, records
-/// launched kernels and copies to the host, and can refuse the compiler or a second queue. Include
+/// launched kernels and copies to the host, and can refuse the compiler or further queues. Include
 /// it in only one .cpp of a test program: its definitions take precedence over those of the OpenCL
 /// library.
 #pragma once
@@ -30,8 +30,8 @@ struct OpenclSpy {
   /// buffer that reuses the handle of a released one. Fills and maps therefore become plain writes
   /// here, and no handle is reused.
   bool canaries = true;
-  bool refuse_compiler = false;      // programs are built from binaries only
-  bool refuse_second_queue = false;  // one queue per context
+  bool refuse_compiler = false;  // programs are built from binaries only
+  int queues_left = -1;          // that may be made; -1: any number
   std::set<std::string> launched;
   std::size_t largest_group = 0;     // of those launched, along any dimension
   int watched = 0;                   // number of buffers whose canary was checked
@@ -220,13 +220,14 @@ cl_command_queue clCreateCommandQueue(cl_context context, cl_device_id device,
   using namespace raywave::test;
   static auto* const real = hidden(&clCreateCommandQueue, "clCreateCommandQueue");
   const std::lock_guard lock(opencl_spy().mutex);
-  auto& queues = opencl_spy().queues[context];
-  if (opencl_spy().refuse_second_queue && !queues.empty()) {
+  if (opencl_spy().queues_left == 0) {
     if (error) *error = CL_OUT_OF_RESOURCES;
     return nullptr;
   }
+  if (opencl_spy().queues_left > 0) --opencl_spy().queues_left;
   const cl_command_queue queue = real(context, device, properties, error);
-  queues.insert(queue);
+  if (queue) clRetainCommandQueue(queue);  // devices share contexts, which outlive their queues
+  opencl_spy().queues[context].insert(queue);
   return queue;
 }
 
