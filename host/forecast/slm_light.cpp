@@ -9,6 +9,7 @@
 #include <numbers>
 
 #include "host/geometry/extents.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/planning/light_shown.hpp"
 
 namespace raywave {
@@ -21,16 +22,21 @@ double travel(const Plan& plan, int axis, double cycles, double z_m) {
 }
 
 /// Share, along one axis, of the SLM that the point at x_m in the plane z_m lights with frequencies
-/// that the stop passes.
-double share_through(const Plan& plan, const StopSpec& stop, int axis, double x_m, double z_m) {
+/// from low to high.
+double share_lit(const Plan& plan, int axis, double x_m, double z_m, double low, double high) {
   const double half_m = plan.window_m()[axis] / 2;
-  double lit_m = 0;
+  const auto [first_m, last_m] =
+      std::minmax({x_m + travel(plan, axis, low, z_m), x_m + travel(plan, axis, high, z_m)});
+  return std::max(0.0, std::min(half_m, last_m) - std::max(-half_m, first_m)) / (2 * half_m);
+}
+
+/// The same of frequencies that the stop passes.
+double share_through(const Plan& plan, const StopSpec& stop, int axis, double x_m, double z_m) {
+  double lit = 0;
   for_passed(stop, axis, [&](double low, double high) {
-    const auto [first_m, last_m] =
-        std::minmax({x_m + travel(plan, axis, low, z_m), x_m + travel(plan, axis, high, z_m)});
-    lit_m += std::max(0.0, std::min(half_m, last_m) - std::max(-half_m, first_m));
+    lit += share_lit(plan, axis, x_m, z_m, low, high);
   });
-  return lit_m / (2 * half_m);
+  return lit;
 }
 
 bool passes(const StopSpec& stop, glm::dvec2 cycles) {
@@ -47,14 +53,11 @@ bool passes(const StopSpec& stop, glm::dvec2 cycles) {
 /// longer  wavelength of the light over the plan's
 double share_between(const Plan& plan, int axis, double x_m, double z_m, double longer, double low,
                      double high) {
-  const double half_m = plan.window_m()[axis] / 2;
-  const auto lit_m = [&](double from, double to) {
-    const auto [first_m, last_m] = std::minmax(
-        {x_m + travel(plan, axis, from * longer, z_m), x_m + travel(plan, axis, to * longer, z_m)});
-    return std::max(0.0, std::min(half_m, last_m) - std::max(-half_m, first_m));
+  const auto lit = [&](double from, double to) {
+    return share_lit(plan, axis, x_m, z_m, from * longer, to * longer);
   };
-  const double all_m = lit_m(-band_edge, band_edge);
-  return all_m > 0 && low < high ? lit_m(low, high) / all_m : 0;
+  const double all = lit(-band_edge, band_edge);
+  return all > 0 && low < high ? lit(low, high) / all : 0;
 }
 
 /// Share of the places seen, each through all of the SLM, that a shift along one axis makes too
@@ -255,7 +258,10 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
       double shown_here = here, through_here = here;
       bool is_under = true;
       for (int axis = 0; axis < 2; ++axis) {
-        shown_here *= share_within_pixels(plan, axis, place_m[axis], z_m);
+        // Near the hologram, all of what the pixels show counts as shown: little of it is lit
+        shown_here *= is_near_hologram(plan)
+                          ? share_lit(plan, axis, place_m[axis], z_m, -band_edge, band_edge)
+                          : share_within_pixels(plan, axis, place_m[axis], z_m);
         if (slm.stop) through_here *= share_through(plan, *slm.stop, axis, place_m[axis], z_m);
         is_under = is_under && std::abs(place_m[axis] + travel(plan, axis, zero_order[axis], z_m)) <
                                    half_m[axis];
