@@ -221,6 +221,27 @@ DEVICE_TEST("a card through the hologram's plane is as bright there as on both s
   }
 }
 
+DEVICE_TEST("a wall seen edge-on near the hologram is no brighter than a card that faces it") {
+  for (const double z_m : {0.0, 0.3e-3, -0.3e-3}) {
+    const auto brightest = [&](bool has_wall) {
+      auto stage = empty_stage();
+      stage.scene.sampling.frames = 4;
+      stage.scene.viewer.distance_m = 1e-3;  // near, so that rays of the lattice meet the wall
+      stage.add(rectangle({-0.2e-3, 0, z_m}, {0.15e-3, 0, 0}, {0, 0.3e-3, 0}), glowing());
+      if (has_wall)
+        stage.add(rectangle({0.3e-3, 0.3e-3, z_m}, {-1e-12, -1e-12, 0.1e-3}, {0.2e-3, -0.2e-3, 0}),
+                  glowing());
+      double most = 0;
+      for (const auto& u : render(device, stage.scene, stage.world).field.samples)
+        most = std::max(most, double{std::norm(u)});
+      return most;
+    };
+    const double card = brightest(false), both = brightest(true);
+    CAPTURE(z_m, both / card);
+    CHECK(both < 3 * card);
+  }
+}
+
 TEST_CASE("scenes in the hologram's plane refuse what cannot show them") {
   auto stage = empty_stage();
   stage.add(rectangle({0, 0, 0}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}));
