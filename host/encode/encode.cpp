@@ -84,6 +84,13 @@ double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
   const bool has_dark = static_cast<double>(lit - amplitudes.begin()) >
                             much * static_cast<double>(amplitudes.size()) &&
                         lit != amplitudes.end();
+  // Around a picture that is gathered at the hologram, where most pixels get no light at all
+  constexpr double none = 0.05;
+  constexpr float least_phase = 0.06f;
+  const auto unlit = std::count(amplitudes.begin(), lit, 0.0f);
+  const bool is_picture =
+      static_cast<double>(unlit) > none * static_cast<double>(amplitudes.size());
+  least_lit_ = is_picture ? least_phase : 0;
   const auto first = has_dark ? lit : amplitudes.begin();
   const auto last = static_cast<double>(amplitudes.end() - first - 1);
   const auto nth = first + std::lround(panel_->slm().clip * last);
@@ -179,7 +186,7 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
   const auto run = [&](const auto& source) {
     kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
                added_, beam_, table, levels, window.size.x, window.size.y, window.first.x,
-               window.first.y, inverse_clip,
+               window.first.y, inverse_clip, least_lit_,
                slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);

@@ -88,6 +88,7 @@ private:
   cl::Buffer<float> amplitudes_;
   std::optional<double> clip_of_all_;
   double own_clip_ = 0;
+  float least_lit_ = 0;  // over the clip: darker pixels have no phase of their own
   LevelBuffers<std::uint8_t> bytes_;
   LevelBuffers<std::uint16_t> words_;  // where levels have more than 8 bits
 };

@@ -299,7 +299,9 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
       plan.hologram.largest_sine, 0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m));
   // and phases alone show no brightness, whatever an eyepiece leaves of the band
   const bool is_even = plan.slm.encoding == Encoding::phase && !plan.refine;
-  if (is_near_hologram(plan) && (is_whole_band || is_even))
+  // or a stop keeps it out
+  const bool is_stopped = plan.slm.stop && !is_even;
+  if (is_near_hologram(plan) && (is_whole_band || is_even) && !is_stopped)
     row.unshown = std::max(0.0, 1 - aside.x) * std::max(0.0, 1 - aside.y);
   row.pitch = std::abs(z_m - view.eye_z_m) / plan.lattice.full_z_m;
   const double side_m = cell_m(view, z_m);

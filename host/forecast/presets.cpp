@@ -180,7 +180,10 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
        is_refined ? "what phases leave: more refine.iterations or sampling.frames, or a larger "
                     "viewer.resolution"
        : is_near_hologram(plan)
-           ? "brightness that phases do not show near their own plane: a scene farther from it"
+           ? std::string("brightness that phases do not show near their own plane: ") +
+                 (scene.slm.stop ? ""
+                                 : "slm.stop = 0.5, if the optics have such an aperture, or ") +
+                 "a scene farther from it"
        : shows_amplitude(scene.slm.encoding) || plan.extent.near_m <= 0
            ? "the encoding's haze: another slm.encoding"
            : "the encoding's haze: [refine] lessens it"},
@@ -369,8 +372,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     auto best = most_accurate(all);
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
-    const bool knows_refinement =
-        candidates->plan().extent.near_m > 0 || s.viewer.eyepiece_m.has_value();
+    const bool knows_refinement = s.viewer.eyepiece_m || (candidates->plan().extent.near_m > 0 &&
+                                                          !is_near_hologram(candidates->plan()));
     // Refined towards a lens, one frame may do what many refined towards samples take longer for
     const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
     if (knows_refinement && !(is_reached && without.iterations == 0) &&

@@ -33,9 +33,8 @@ double share_lit(const Plan& plan, int axis, double x_m, double z_m, double low,
 /// The same of frequencies that the stop passes.
 double share_through(const Plan& plan, const StopSpec& stop, int axis, double x_m, double z_m) {
   double lit = 0;
-  for_passed(stop, axis, [&](double low, double high) {
-    lit += share_lit(plan, axis, x_m, z_m, low, high);
-  });
+  for_passed(stop, axis,
+             [&](double low, double high) { lit += share_lit(plan, axis, x_m, z_m, low, high); });
   return lit;
 }
 
@@ -258,9 +257,10 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
       double shown_here = here, through_here = here;
       bool is_under = true;
       for (int axis = 0; axis < 2; ++axis) {
-        // Near the hologram, all of what the pixels show counts as shown: little of it is lit
+        // Near the hologram, what is gathered counts as shown: it lights little of it
+        const double edge = cycles_per_sine(plan, axis) * plan.hologram.largest_sine[axis];
         shown_here *= is_near_hologram(plan)
-                          ? share_lit(plan, axis, place_m[axis], z_m, -band_edge, band_edge)
+                          ? share_lit(plan, axis, place_m[axis], z_m, -edge, edge)
                           : share_within_pixels(plan, axis, place_m[axis], z_m);
         if (slm.stop) through_here *= share_through(plan, *slm.stop, axis, place_m[axis], z_m);
         is_under = is_under && std::abs(place_m[axis] + travel(plan, axis, zero_order[axis], z_m)) <

@@ -8,6 +8,8 @@
 #include <numeric>
 #include <random>
 
+#include "host/plan/lattice.hpp"
+
 namespace raywave {
 namespace {
 
@@ -159,7 +161,7 @@ int least_paced_iterations(const Plan& plan, double blur_m, const ViewerSpec& vi
 
 bool serves_samples(const Plan& plan, const ViewerSpec& viewer) {
   return plan.samples.aimed && !plan.has_specular_samples() &&
-         (plan.extent.near_m > 0 || viewer.eyepiece_m);
+         (viewer.eyepiece_m || (plan.extent.near_m > 0 && !is_near_hologram(plan)));
 }
 
 bool refines_samples(const Plan& plan) {

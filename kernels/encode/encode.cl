@@ -184,7 +184,7 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
 __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
                      const __global float* restrict beam, const __global LEVEL* restrict table,
                      __global LEVEL* restrict levels, int nx, int ny, int x0, int y0,
-                     float inverse_clip, int levels_per_turn) {
+                     float inverse_clip, float least_lit, int levels_per_turn) {
   const int row = (int)get_global_id(1);
   if (row >= ny) return;
   const Field from = FIELD_OF_PARAMETERS;
@@ -195,6 +195,9 @@ __kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
     const bool is_whole = i + RAYWAVE_LANES <= nx;
     floatv amplitude, turns;
     polar_field(&from, nx, i, row, &amplitude, &turns);
+    // Phases of what is nearly dark are as good as random: the checkerboard would shine there
+    if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE)
+      turns = LANES_SELECT(turns, (floatv)(0.0f), amplitude * inverse_clip < least_lit);
     if (RAYWAVE_ADDED_TURNS && is_whole)
       turns += TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
     if (RAYWAVE_ADDED_TURNS && !is_whole) {
