@@ -64,7 +64,7 @@ EncodingNoise noise_of(Encoding encoding, double filled) {
 /// Mean square of all the light that double phase throws aside, over that of white: dark pixels do
 /// most of it. Fitted, with the reaches between which a pupil comes to see it, to a coin and a
 /// teapot through pupils of 1.5 to 3.3 mm, within 2 dB.
-constexpr double haze_in_pupil = 0.018, haze_begins = 0.345, haze_is_whole = 0.45;
+constexpr double haze_in_pupil = 0.0045, haze_begins = 0.365, haze_is_whole = 0.45;
 
 /// Share of the error of phases that refinement at the pace of frames leaves.
 double left_by(const Pace& pace, int frames) {
@@ -247,11 +247,20 @@ public:
           for (auto v = down.first; v < down.second; ++v) light[u][v] += double{view.radiance[i]};
       }
     }
+    double sum = 0, squares = 0;
+    for (const auto& column : light) {
+      sum += std::accumulate(column.begin(), column.end(), 0.0);
+      squares += std::inner_product(column.begin(), column.end(), column.begin(), 0.0);
+    }
+    if (squares > 0) lit_ = sum * sum / (squares * places * places);
     for (std::size_t u = 0; u < places; ++u)
       for (std::size_t v = 0; v < places; ++v)
         sums_[u + 1][v + 1] = sums_[u][v + 1] + sums_[u + 1][v] - sums_[u][v] +
                               (light[u][v] > 0 ? 1 / light[u][v] : 0);
   }
+
+  /// Share of the hologram that is lit, as if evenly.
+  double share_lit() const { return lit_; }
 
   /// How bright a place is, over its radiance.
   double of(glm::dvec2 at_m, double z_m) const {
@@ -279,11 +288,19 @@ private:
 
   const Plan& plan_;
   glm::dvec2 half_m_;
+  double lit_ = 1;
   std::array<std::array<double, places + 1>, places + 1> sums_{};  // before each place
 };
 
-Raster radiance_evened(const FrontView& view, const Plan& plan) {
-  const EvenedLight light(view, plan);
+/// Light of copies, over that where all of the hologram is lit. What is lit alone is shown up to
+/// its own brightness: brighter pixels leave the checkerboard less.
+double copies_of_lit(double share_lit) {
+  constexpr double shown = 0.36, most = 0.85;  // mean square of amplitudes, over the clip's
+  const auto left = [](double squares) { return 1 / squares - 1; };
+  return left(std::min(shown / share_lit, most)) / left(shown);
+}
+
+Raster radiance_evened(const FrontView& view, const EvenedLight& light) {
   return radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); });
 }
 
@@ -544,8 +561,10 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
     }
   }
+  const EvenedLight light(view, plan);
+  model.copies = copies_of_lit(light.share_lit());
   const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan),
-             evened = radiance_evened(view, plan);
+             evened = radiance_evened(view, light);
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))
@@ -622,7 +641,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double encoding_here = row.light * (std::max(noise.haze, row.unshown) * (1 - flat) +
                                               noise.grain * grain / frames) +
                                  (is_even ? std::max(0.0, row.uneven - row.missing) : 0) +
-                                 noise.copies * row.copies + haze_seen;
+                                 noise.copies * model.copies * row.copies + haze_seen;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
     const double refined_factor =

@@ -53,6 +53,7 @@ struct PictureModel {
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
   double pupil_haze = 0;   // share of the light that double phase throws aside that a pupil sees
+  double copies = 1;       // what the copies of rows count, where a part of the hologram is lit
   double stopped = 0;      // share of the light that slm.stop cuts off
   int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
   Pace pace;
