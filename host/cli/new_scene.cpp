@@ -184,7 +184,15 @@ void run_new(const NewArguments& options) {
                      ": is there already, and is not overwritten; give "
                      "another --output, or remove it");
   std::vector<std::string> warnings;
-  const auto text = fitted_scene(options, warnings);
+  std::string text;
+  try {
+    text = fitted_scene(options, warnings);
+  } catch (const InputError& wrong) {
+    // Lines of a scene that is not written help nobody
+    const std::string says = wrong.what(), start = options.out + ":";
+    if (!says.starts_with(start)) throw;
+    throw InputError(says.substr(says.find(": ", start.size()) + 2));
+  }
   write_text(options.out, text);
   for (const auto& warning : warnings) options.report.note(warning);
   if (options.report.prints_text())
