@@ -76,8 +76,10 @@ void append(FieldStack& all, FieldStack field) {
 
 /// A scene with the values that were chosen.
 std::shared_ptr<const Scene::State> chosen(const Scene::State& scene,
-                                           std::vector<raywave::Scene> scenes) {
+                                           std::vector<raywave::Scene> scenes,
+                                           std::shared_ptr<const Promise> promise = {}) {
   auto state = std::make_shared<Scene::State>(scene);
+  state->promise = std::move(promise);
   state->scenes = std::move(scenes);
   state->is_planned = true;
   return state;
@@ -184,9 +186,11 @@ Plan plan(const Scene& scene, const Goal& goal, const std::string& device) {
   auto warnings = lines_of_lasers(by_laser);
   if (auto warning = colour_warning(scenes, world); !warning.empty())
     warnings.push_back(std::move(warning));
-  return Plan(std::make_shared<Plan::State>(Plan::State{std::move(planned), std::move(text),
-                                                        std::move(json), std::move(warnings),
-                                                        Scene(chosen(scene.state(), scenes))}));
+  std::shared_ptr<const Promise> promise;
+  if (wanted.any()) promise = std::make_shared<Promise>(Promise{wanted, planned});
+  return Plan(std::make_shared<Plan::State>(
+      Plan::State{std::move(planned), std::move(text), std::move(json), std::move(warnings),
+                  Scene(chosen(scene.state(), scenes, std::move(promise)))}));
 }
 
 Hologram::Hologram(std::shared_ptr<const State> state)
@@ -345,7 +349,9 @@ Hologram render(const Scene& scene, const RenderOptions& options) {
   auto world = scene.state().world();
   std::vector<Planned> plans;
   const auto scenes = planned(scene.state(), world, options, opened.device.info(), how, plans);
-  const auto goal = goal_of(options.goal);
+  const auto& promise = scene.state().promise;
+  if (promise) plans = promise->planned;
+  const auto goal = promise ? promise->goal : goal_of(options.goal);
   const auto judged = goal.psnr_db ? world : World();
   auto rendered = raywave::render(opened.device, scenes, std::move(world), how);
   for (const auto& laser : rendered.lasers)

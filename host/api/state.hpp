@@ -35,6 +35,12 @@ struct Pose {
   std::optional<glm::dvec3> position_m, rotation_deg;
 };
 
+/// A goal, and what was planned for it, by laser.
+struct Promise {
+  raywave::Goal goal;
+  std::vector<Planned> planned;
+};
+
 struct Scene::State {
   SceneText text;
   std::vector<std::string> overrides;
@@ -42,6 +48,7 @@ struct Scene::State {
   std::vector<std::shared_ptr<const Mesh>> meshes;  // by object; null: its file's
   std::map<std::size_t, Pose> poses;                // by object
   bool is_planned = false;
+  std::shared_ptr<const Promise> promise;  // of a plan with a goal
   std::shared_ptr<Files> files = std::make_shared<Files>();
 
   /// throws  InputError when a mesh or a texture is unusable

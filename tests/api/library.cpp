@@ -289,7 +289,11 @@ TEST_CASE("the scene of a plan renders what the goal renders") {
   const auto chosen = plan(scene, {.preset = Preset::draft});
   RenderOptions options;
   options.goal.preset = Preset::draft;
-  CHECK(samples_of(render(chosen.scene()).field()) == samples_of(render(scene, options).field()));
+  const auto by_plan = render(chosen.scene()), by_goal = render(scene, options);
+  CHECK(samples_of(by_plan.field()) == samples_of(by_goal.field()));
+  // and is judged as it
+  for (const auto& hologram : {by_plan, by_goal})
+    CHECK_THAT(hologram.report(), ContainsSubstring("\"preset\": \"draft\""));
   CHECK_THAT(chosen.text(), ContainsSubstring("48 x 32 pixels"));
   CHECK_THROWS_AS(render(chosen.scene(), options), InputError);
   CHECK_THROWS_AS(chosen.scene().set({"sampling.frames=2"}), InputError);
