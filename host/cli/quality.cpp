@@ -102,7 +102,13 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
     if (row.pupil) std::printf("  %s", pupil_text(*row.pupil, options.frame.frame()).c_str());
     std::printf("\n");
   }
-  std::printf("mean of whole pictures: %s\n", check.text().c_str());
+  GoalCheck of_all;
+  of_all.measure(result, lasers[0].plan.hologram.pitch_m.x);
+  const bool is_of_one = is_colour && check.wanted_db();
+  std::printf("mean of whole pictures: %s\n", (is_of_one ? of_all : check).text().c_str());
+  if (is_of_one)
+    std::printf("the laser of the longest wavelength alone, which goals are for: %s\n",
+                check.text().c_str());
   if (check.goal.any())
     std::printf("the goal is %sreached%s\n", check.is_kept() ? "" : "not ",
                 check.wanted_db() ? ", to within 0.5 dB" : "");
@@ -203,7 +209,10 @@ void run_quality(const QualityArguments& options) {
     result = finished ? judge_files(options, device, *finished, how, spec, check)
                       : judge_scenes(options, device, scenes, how, spec, bar, check);
   }
-  check.measure(result, scenes[0].hologram.pitch_m.x);
+  if (scenes.size() > 1 && check.wanted_db() && check.resolution_m > 0)
+    measure_judged(device, scenes, build_world(scenes[0]), result.render, how, check);
+  else
+    check.measure(result, scenes[0].hologram.pitch_m.x);
   for (const auto& note : notes_of(result.render.lasers)) options.report.note(note);
 
   const auto sheet = contact_sheet(result, frame);

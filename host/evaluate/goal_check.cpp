@@ -14,17 +14,22 @@ namespace {
 constexpr double pixels_in_blur = 3;
 constexpr int lens_points = 4;
 
-/// The laser that goals are planned for: the longest wavelength.
-std::size_t judged_laser(const std::vector<Planned>& planned) {
-  return static_cast<std::size_t>(std::max_element(planned.begin(), planned.end(),
-                                                   [](const Planned& a, const Planned& b) {
-                                                     return a.scene.hologram.wavelength_m <
-                                                            b.scene.hologram.wavelength_m;
-                                                   }) -
-                                  planned.begin());
+std::vector<Scene> scenes_of(const std::vector<Planned>& planned) {
+  std::vector<Scene> scenes;
+  for (const auto& laser : planned) scenes.push_back(laser.scene);
+  return scenes;
 }
 
 }  // namespace
+
+std::size_t judged_laser(const std::vector<Scene>& scenes) {
+  return static_cast<std::size_t>(std::max_element(scenes.begin(), scenes.end(),
+                                                   [](const Scene& a, const Scene& b) {
+                                                     return a.hologram.wavelength_m <
+                                                            b.hologram.wavelength_m;
+                                                   }) -
+                                  scenes.begin());
+}
 
 std::optional<double> GoalCheck::wanted_db() const {
   if (goal.psnr_db) return goal.psnr_db;
@@ -73,7 +78,7 @@ double picture_s(const Rendered& rendered) {
 std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& planned,
                                   const Rendered& rendered) {
   if (!goal.any() || planned.empty()) return {};
-  const auto& prediction = planned[judged_laser(planned)].prediction;
+  const auto& prediction = planned[judged_laser(scenes_of(planned))].prediction;
   if (!prediction.pictures || prediction.pictures->dark) return {};
   return GoalCheck{.goal = goal,
                    .predicted_db = prediction.pictures->mean_psnr_db,
@@ -82,35 +87,37 @@ std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& 
                    .picture_s = picture_s(rendered)};
 }
 
+void measure_judged(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+                    const Rendered& rendered, const RenderOptions& how, GoalCheck& check) {
+  const auto laser = judged_laser(scenes);
+  const auto& scene = scenes[laser];
+  const auto& pitch_m = scene.hologram.pitch_m;
+  QualitySpec what;
+  what.views = false;
+  what.field = false;
+  what.window = check.window;
+  if (scene.viewer.eyepiece_m) what.pupils = pupils_of(scene.viewer);
+  what.blur_m = blur_of_resolution * check.resolution_m;
+  what.lens_points = lens_points;
+  what.square_px =
+      std::max(1, static_cast<int>(*what.blur_m / std::max(pitch_m.x, pitch_m.y) / pixels_in_blur));
+  const Rendered one{{rendered.lasers[laser]}, {}, {}};
+  LensPictures lens;
+  check.measure(timed(check.seconds,
+                      [&] {
+                        return assess_frames(device, {scene}, world, one,
+                                             {one.lasers[0].plan.hologram.frames}, how, what, lens)
+                            .front();
+                      }),
+                pitch_m.x);
+}
+
 std::optional<GoalCheck> check_goal(const cl::Device& device, const Goal& goal,
                                     const std::vector<Planned>& planned, const World& world,
                                     Rendered& rendered, const RenderOptions& how) {
   auto check = promised(goal, planned, rendered);
   if (!check) return {};
-  const auto laser = judged_laser(planned);
-  const auto& pitch_m = planned[laser].plan.hologram.pitch_m;
-  if (goal.psnr_db) {
-    QualitySpec what;
-    what.views = false;
-    what.field = false;
-    what.window = check->window;
-    if (const auto& viewer = planned[laser].scene.viewer; viewer.eyepiece_m)
-      what.pupils = pupils_of(viewer);
-    what.blur_m = blur_of_resolution * check->resolution_m;
-    what.lens_points = lens_points;
-    what.square_px = std::max(
-        1, static_cast<int>(*what.blur_m / std::max(pitch_m.x, pitch_m.y) / pixels_in_blur));
-    const Rendered one{{rendered.lasers[laser]}, {}, {}};
-    LensPictures lens;
-    check->measure(timed(check->seconds,
-                         [&] {
-                           return assess_frames(device, {planned[laser].scene}, world, one,
-                                                {one.lasers[0].plan.hologram.frames}, how, what,
-                                                lens)
-                               .front();
-                         }),
-                   pitch_m.x);
-  }
+  if (goal.psnr_db) measure_judged(device, scenes_of(planned), world, rendered, how, *check);
   if (!check->is_kept())
     for (auto& each : rendered.lasers) each.notes.push_back(check->text());
   return check;
