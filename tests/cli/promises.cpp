@@ -242,6 +242,10 @@ TEST_CASE("quality of a report says whether the goal that was asked for is reach
   render({"--preset", "draft"});
   CHECK(report_of(desk)["goal"]["preset"] == "draft");
   CHECK_SAYS(judge().out, "by the preset draft", "the goal is ");
+  render({"--psnr", "20", "--set", "hologram.wavelength=['638 nm', '520 nm', '450 nm']"});
+  CHECK_SAYS(judge().out, "the longest wavelength alone", "the goal is reached");
+  CHECK(report_of(desk, "out/quality.json")["goal"]["measured_psnr_db"].get<double>() ==
+        Catch::Approx(report_of(desk)["goal"]["measured_psnr_db"].get<double>()).margin(1e-3));
 }
 
 }  // namespace
