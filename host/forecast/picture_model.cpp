@@ -300,10 +300,6 @@ double copies_of_lit(double share_lit) {
   return left(std::min(shown / share_lit, most)) / left(shown);
 }
 
-Raster radiance_evened(const FrontView& view, const EvenedLight& light) {
-  return radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); });
-}
-
 PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
                   const Raster& radiance_fallen, const Raster& radiance_evened, const Plan& plan,
                   const PictureWindow& window, double z_m, double blur_m, const Raster& steps) {
@@ -564,7 +560,8 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   const EvenedLight light(view, plan);
   model.copies = copies_of_lit(light.share_lit());
   const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan),
-             evened = radiance_evened(view, light);
+             evened =
+                 radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); });
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   for (const double z_m : quality_depths_m(plan))

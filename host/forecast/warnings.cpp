@@ -211,10 +211,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   if (is_near_hologram(plan) && plan.slm.encoding == Encoding::double_phase && !plan.slm.stop &&
       !scene.viewer.eyepiece_m)
     warn(
-        "so near to the SLM, the light that double phase throws aside lies over the picture: "
-        "optics "
-        "with an aperture that passes half the band, slm.stop = 0.5, keep it out, and show "
-        "brightness");
+        "so near to the SLM, light that double phase throws aside lies over the picture: optics "
+        "whose aperture passes half the band, slm.stop = 0.5, keep it out");
   if (const auto& viewer = scene.viewer;
       !viewer.eyepiece_m && plan.extent.near_m < -viewer.distance_m)
     warn("the picture reaches to " + length_text(plan.extent.near_m) +

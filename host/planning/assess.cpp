@@ -237,7 +237,8 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   choose_encoding(scene, world, is_near, moved_from, plan);
   if (is_near && scene.viewer.eyepiece_m)
     plan.hologram.largest_sine = sine_for_eye(scene.viewer, plan);
-  else if (is_near && plan.slm.stop && plan.slm.encoding == Encoding::double_phase)
+  else if (is_near && plan.slm.stop && plan.slm.stop->centre == glm::dvec2(0) &&
+           plan.slm.encoding == Encoding::double_phase)
     // What a stop lets through; of faster fields double phase shows no brightness
     plan.hologram.largest_sine *= glm::min(plan.slm.stop->size, most_filled_by_double_phase);
 

@@ -146,6 +146,8 @@ private:
       return at_hologram(choice, "surfaces in or near the hologram's plane are gathered there");
     }
     if (scene_.wrp.propagation != WrpPropagation::automatic) return choice;
+    if (samples_ && samples_->eye_m.z != 0)
+      return at_hologram(choice, "light of the longest wavelength is gathered there");
     if (!moved_from_) return virtual_planes(choice);
     // What served before the objects moved
     if (is_near_hologram(*moved_from_)) return anew(choice);
@@ -201,7 +203,7 @@ private:
     const double error = propagation_error_of(plan);
     if (choice.propagation == WrpPropagation::spectrum && choice.method == Method::wrp &&
         scene_.wrp.propagation == WrpPropagation::automatic && error > most_wrp_error &&
-        serves_at_hologram(scene_, plan))
+        !samples_ && serves_at_hologram(scene_, plan))
       return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
     return with_more_memory(choice, plan);
   }

@@ -221,6 +221,23 @@ DEVICE_TEST("a card through the hologram's plane is as bright there as on both s
   }
 }
 
+TEST_CASE("lasers of one scene are gathered alike, wherever it stands") {
+  for (const char* z : {"3 mm", "10 mm", "14 mm", "17 mm", "20 mm", "30 mm"}) {
+    const auto scenes =
+        load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml",
+                    {"hologram.wavelength=['638 nm', '520 nm', '450 nm']", "wrp.grid=auto",
+                     "object.0.width=2 mm", std::string("object.0.position=[0, 0, '") + z + "']"});
+    const auto world = build_world(scenes[0]);
+    const auto first = make_plan(scenes[0], world);
+    for (const auto& scene : scenes) {
+      const auto plan = make_plan(scene, world);
+      INFO(z << ", " << scene.hologram.wavelength_m << ": " << plan.why_carrier);
+      CHECK(is_near_hologram(plan) == is_near_hologram(first));
+      CHECK(plan.is_at_hologram() == is_near_hologram(plan));
+    }
+  }
+}
+
 DEVICE_TEST("a wall seen edge-on near the hologram is no brighter than a card that faces it") {
   for (const double z_m : {0.0, 0.3e-3, -0.3e-3}) {
     const auto brightest = [&](bool has_wall) {
