@@ -34,7 +34,9 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
   float best_x = p->tangent_x, best_y = p->tangent_y;
   float best = LANES_FIRST(amplitude_towards(lights, lit, sample, p->amplitude, p->specular,
                                              (floatv)(best_x), (floatv)(best_y)));
-  // A surface seen edge-on is brightest, by far, at the corner that it turns to
+#if RAYWAVE_NEAR_HOLOGRAM
+  // A surface seen edge-on is brightest, by far, at the corner that it turns to. Elsewhere the
+  // middle is where its lattice has seen it
   const float corner_x = p->tangent_x + copysign(p->half_tangent_x, sample->tilt_x),
               corner_y = p->tangent_y + copysign(p->half_tangent_y, sample->tilt_y);
   const float in_corner = LANES_FIRST(amplitude_towards(
@@ -44,6 +46,7 @@ static inline void plane_wave_axes(__global const Light* lights, __global const 
     best_x = corner_x;
     best_y = corner_y;
   }
+#endif
 #if RAYWAVE_HIGHLIGHTS > 0
   for (int first = 0; first < RAYWAVE_HIGHLIGHTS && p->specular; first += RAYWAVE_LANES) {
     floatv tx, ty;
