@@ -131,6 +131,15 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
               result.seconds.at("reconstruct"), result.seconds.at("lens"));
 }
 
+/// Measures what the goal has reached: with several lasers, of the one that it was planned for.
+void measure(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
+             const RenderOptions& how, const QualityResult& result, GoalCheck& check) {
+  if (scenes.size() > 1 && check.wanted_db() && check.resolution_m > 0)
+    measure_judged(device, scenes, world, result.render, how, check);
+  else
+    check.measure(result, scenes[0].hologram.pitch_m.x);
+}
+
 /// The goal of a report, or the one that is given in its place.
 GoalCheck goal_of(const FinishedRender& finished, const Goal& given, const std::string& file) {
   GoalCheck check;
@@ -161,6 +170,7 @@ QualityResult judge_scenes(const QualityArguments& options, const cl::Device& de
     options.report.note(warning);
   auto result = assess(device, scenes, world, how, spec);
   check.picture_s = picture_s(result.render);
+  measure(device, scenes, world, how, result, check);
   return result;
 }
 
@@ -179,7 +189,10 @@ QualityResult judge_files(const QualityArguments& options, const cl::Device& dev
   if (spec.against_points && !spec.field)
     throw InputError("--against-points: " + one_line(options.scene.file) + " has no fields");
   LensPictures lens;
-  return assess(device, finished.scenes, world, std::move(finished.rendered), how, spec, lens);
+  auto result =
+      assess(device, finished.scenes, world, std::move(finished.rendered), how, spec, lens);
+  measure(device, finished.scenes, world, how, result, check);
+  return result;
 }
 
 void run_quality(const QualityArguments& options) {
@@ -209,10 +222,6 @@ void run_quality(const QualityArguments& options) {
     result = finished ? judge_files(options, device, *finished, how, spec, check)
                       : judge_scenes(options, device, scenes, how, spec, bar, check);
   }
-  if (scenes.size() > 1 && check.wanted_db() && check.resolution_m > 0)
-    measure_judged(device, scenes, build_world(scenes[0]), result.render, how, check);
-  else
-    check.measure(result, scenes[0].hologram.pitch_m.x);
   for (const auto& note : notes_of(result.render.lasers)) options.report.note(note);
 
   const auto sheet = contact_sheet(result, frame);

@@ -14,14 +14,7 @@ namespace {
 constexpr double pixels_in_blur = 3;
 constexpr int lens_points = 4;
 
-std::vector<Scene> scenes_of(const std::vector<Planned>& planned) {
-  std::vector<Scene> scenes;
-  for (const auto& laser : planned) scenes.push_back(laser.scene);
-  return scenes;
-}
-
-}  // namespace
-
+/// The laser that goals are planned for: the longest wavelength.
 std::size_t judged_laser(const std::vector<Scene>& scenes) {
   return static_cast<std::size_t>(std::max_element(scenes.begin(), scenes.end(),
                                                    [](const Scene& a, const Scene& b) {
@@ -30,6 +23,14 @@ std::size_t judged_laser(const std::vector<Scene>& scenes) {
                                                    }) -
                                   scenes.begin());
 }
+
+std::vector<Scene> scenes_of(const std::vector<Planned>& planned) {
+  std::vector<Scene> scenes;
+  for (const auto& laser : planned) scenes.push_back(laser.scene);
+  return scenes;
+}
+
+}  // namespace
 
 std::optional<double> GoalCheck::wanted_db() const {
   if (goal.psnr_db) return goal.psnr_db;

@@ -43,17 +43,14 @@ std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& 
 /// Time of a picture of all lasers, as Goal::budget_s means it: from its samples to its levels.
 double picture_s(const Rendered& rendered);
 
-/// The laser that goals are planned for: the longest wavelength.
-std::size_t judged_laser(const std::vector<Scene>& scenes);
-
-/// Measures that laser's picture alone, at what `check` was planned for, as check_goal.
+/// Measures the laser that goals are planned for, the longest wavelength, alone: in the window and
+/// at the resolution of `check`. It is cheap: pixels are a third of a blur, and the lens has 4 x 4
+/// points.
 void measure_judged(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
                     const Rendered& rendered, const RenderOptions& how, GoalCheck& check);
 
-/// Measures what a goal in PSNR has reached, as it is predicted: in the same window, at the same
-/// depths and resolution, of the laser that the goal was planned for. It is cheap: pixels are a
-/// third of a blur, and the lens has 4 x 4 points. Where the goal is not kept, the notes of all
-/// lasers get a line.
+/// Measures what a goal in PSNR has reached, as it is predicted (measure_judged). Where the goal is
+/// not kept, the notes of all lasers get a line.
 ///
 /// planned  of the goal, by laser
 /// how      of the rendering; its progress is called

@@ -67,7 +67,7 @@ constexpr double most_filled_by_double_phase = 0.48;
 constexpr double least_lit_by_phases = 0.85;
 
 /// Share of the hologram that light from the scene's vertices reaches, their mean.
-double share_lit(const World& world, const Plan& plan) {
+double share_lit_by_scene(const World& world, const Plan& plan) {
   double sum = 0, count = 0;
   for (const auto& at_m : positions_now(world)) {
     sum +=
@@ -130,7 +130,7 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
     const bool is_even =
         !is_near &&
         share_of_band(world, narrowest.hologram.largest_sine) > most_filled_by_double_phase &&
-        share_lit(world, narrowest) > least_lit_by_phases;
+        share_lit_by_scene(world, narrowest) > least_lit_by_phases;
     plan.slm.encoding = is_even ? Encoding::phase : Encoding::double_phase;
     if (moved_from && !is_near) plan.slm.encoding = moved_from->slm.encoding;
   }
@@ -167,6 +167,15 @@ glm::dvec2 sine_for_eye(const ViewerSpec& viewer, const Plan& plan) {
   const bool is_apart = plan.slm.encoding == Encoding::double_phase || plan.refine;
   const double kept = is_apart ? most_filled_by_double_phase : 1;
   return glm::min(reach, kept * plan.hologram.largest_sine);
+}
+
+/// Share of the band that is gathered near the hologram for double phase behind a stop: of faster
+/// fields it shows no brightness, and what it throws aside, from the band's corners inwards, must
+/// not pass. All of it where a stop leaves too little of that apart.
+glm::dvec2 share_behind_stop(const StopSpec& stop) {
+  constexpr double least = 0.2;
+  const auto share = glm::min(glm::min(stop.size, 1.0 - stop.size), most_filled_by_double_phase);
+  return stop.centre == glm::dvec2(0) && share.x > least && share.y > least ? share : glm::dvec2(1);
 }
 
 /// Divides the hologram into the tiles that the scene asks for, or had before its objects moved.
@@ -237,10 +246,8 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   choose_encoding(scene, world, is_near, moved_from, plan);
   if (is_near && scene.viewer.eyepiece_m)
     plan.hologram.largest_sine = sine_for_eye(scene.viewer, plan);
-  else if (is_near && plan.slm.stop && plan.slm.stop->centre == glm::dvec2(0) &&
-           plan.slm.encoding == Encoding::double_phase)
-    // What a stop lets through; of faster fields double phase shows no brightness
-    plan.hologram.largest_sine *= glm::min(plan.slm.stop->size, most_filled_by_double_phase);
+  else if (is_near && plan.slm.stop && plan.slm.encoding == Encoding::double_phase)
+    plan.hologram.largest_sine *= share_behind_stop(*plan.slm.stop);
 
   // What later stages need to know of the scene
   plan.scene_name = scene.file.string();

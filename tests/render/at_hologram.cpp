@@ -168,7 +168,9 @@ TEST_CASE(
     INFO("z " << z_m);
     auto stage = empty_stage();
     stage.add(rectangle({0, 0, z_m}, {0.1e-3, 0, 0}, {0, 0.1e-3, 0}));
-    const bool is_near = std::abs(z_m)<160 * pitch_m / 4, serves_far = std::abs(z_m)> 5e-3;
+    const double away_m = std::abs(z_m);
+    const bool is_near = away_m < 160 * pitch_m / 4;
+    const bool serves_far = away_m > 5e-3;
     const auto plan = make_plan(stage.scene, stage.world);
     CHECK(is_near_hologram(plan) == !serves_far);
     CHECK(plan.is_at_hologram() == !serves_far);
