@@ -52,16 +52,30 @@ fs::path seen_from(const fs::path& file, const fs::path& folder) {
 
 /// The lines of sections [hologram], [slm], [illumination] and [viewer] of a file; names of files
 /// are made to hold from the scene's folder.
+///
+/// throws  InputError where it has none of them, or keys under no section
 std::string copied_sections(const fs::path& slm, const fs::path& folder) {
   static const std::regex heading("^ *\\[+ *([a-z]+).*"), name("\"([^\"]{1,200})\"");
   std::istringstream lines(read_scene_text(slm).toml);
   std::string text;
-  bool wanted = false;
+  bool wanted = false, in_section = false;
+  int number = 0;
+  const auto needed = [](const std::string& where) {
+    return InputError(where +
+                      " --slm takes sections [hologram] (resolution, pitch, wavelength), "
+                      "[slm], [illumination] and [viewer]");
+  };
   for (std::string line; std::getline(lines, line);) {
+    ++number;
     std::smatch found;
-    if (line.size() < 400 && std::regex_match(line, found, heading))
+    if (line.size() < 400 && std::regex_match(line, found, heading)) {
+      in_section = true;
       wanted = found[1] == "hologram" || found[1] == "slm" || found[1] == "illumination" ||
                found[1] == "viewer";
+    }
+    if (const auto first = line.find_first_not_of(" \t\r");
+        !in_section && first != std::string::npos && line[first] != '#')
+      throw needed(slm.string() + ":" + std::to_string(number) + ": stands under no section;");
     if (!wanted) continue;
     std::error_code error;
     if (line.size() < 400 && std::regex_search(line, found, name))
@@ -71,6 +85,7 @@ std::string copied_sections(const fs::path& slm, const fs::path& folder) {
                      seen_from(file, folder).generic_string());
     text += line + "\n";
   }
+  if (text.empty()) throw needed(slm.string() + ": has nothing for a new scene;");
   return text;
 }
 
@@ -103,7 +118,7 @@ std::string scene_text(const NewArguments& options, const std::string& sections,
   const auto mesh = seen_from(options.mesh, folder).generic_string();
   return text + "\n[sampling]\n" +
          entry("pitch = " + quoted(rounded(fit.pitch_m)),
-               "distance of the points of light on surfaces: finer takes longer") +
+               "of the points of light on surfaces; \"auto\" leaves it to --preset, --psnr") +
          "\n[trace]\n" +
          entry("shadows = false", "true: objects keep light from each other, which takes longer") +
          "\n[[light]]\n" +

@@ -260,7 +260,7 @@ void add_quality(CLI::App& app) {
                          "what the lens sees, with a margin");
   add_views(*command, quality.views,
             "At the first depth also through the left, right, top and bottom of the hologram");
-  add_blur(*command, options->blur, "0.6 sampling.pitch");
+  add_blur(*command, options->blur, "0.6 of what the viewer makes out, as plan predicts");
   options->frame.add_to(*command, "From where quality.png shows the pictures");
   options->pupil.add_to(*command);
   add_border(*command, quality.border_px);

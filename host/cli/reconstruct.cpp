@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/view/reconstruct.hpp"
 
+#include <algorithm>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -82,14 +84,17 @@ void run_reconstruct(const ReconstructArguments& options) {
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = Json::array();
+  // Holograms of an animation have their numbers in their names
+  const auto file = std::filesystem::path(options.hologram.files.at(0)).stem().string();
+  const auto stem = "reconstruction" + (file.starts_with("frame_") ? file.substr(5) : "");
   const auto pupils =
       options.pupil.pupils(viewer, options.view.frame.frame(), options.view.is_part());
   for (std::size_t picture = 0; picture < depths_m.size() * pupils.size(); ++picture) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
     const double z_m = what.z_m = depths_m[depth];
     what.pupil = pupils[number];
-    const auto name = name_at_depth("reconstruction", options.depths.z[depth], z_m) +
-                      name_of_pupil(number, pupils.size());
+    const auto name =
+        name_at_depth(stem, options.depths.z[depth], z_m) + name_of_pupil(number, pupils.size());
     std::vector<Image> light;
     {
       ProgressBar bar(options.report.quiet);
@@ -105,6 +110,10 @@ void run_reconstruct(const ReconstructArguments& options) {
       }
     }
     note_cut(options.report, light[0], what.window_m);
+    if (const auto [low, high] = std::ranges::minmax(light[0].pixels); high < 1.001F * low)
+      options.report.note(name +
+                          " is evenly bright: light of phases alone has no picture in the "
+                          "SLM's own plane, unless slm.stop filters it");
     const double blur = blur_px(options, viewer, specs[0].pitch_m.x, z_m);
     pictures.push_back(
         given.lasers

@@ -12,6 +12,7 @@
 #include "host/encode/shown.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/candidates.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/trace/device_scene.hpp"
@@ -163,7 +164,8 @@ public:
         arrays_(device, world, plans_[0]) {
     const auto& plan = plans_[0];
     depths_m_ = what.depths_m.empty() ? quality_depths_m(plan) : what.depths_m;
-    const double blur_m = what.blur_m.value_or(blur_of_resolution * scenes[0].sampling.pitch_m);
+    const double blur_m =
+        what.blur_m.value_or(blur_of_resolution * wanted_resolution_m(scenes[0], plan));
     const auto view = front_view(scenes[0], world, plan);
     QualityResult empty;
     empty.window = what.window ? *what.window : quality_window(plan, view, blur_m);

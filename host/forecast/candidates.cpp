@@ -149,23 +149,18 @@ void Candidates::add(Layout layout) {
   if (plan_.samples.aimed) {
     auto seen = layout.gathering.plan;
     seen.grid = plan_.grid;  // pictures of one size are compared
-    double reach = 0;        // of the pupils, in bands
+    std::vector<Pupil> pupils;
     if (scene_.viewer.eyepiece_m && is_near_hologram(seen)) {
       // Of the band that is gathered, the pupil sees a part, and the encoding's haze lies beyond
       auto& h = seen.hologram;
       const auto filled = glm::min(2.0 * h.largest_sine * h.pitch_m / h.wavelength_m, 1.0);
       h.band_filled = std::sqrt(filled.x * filled.y);
-      const auto pupils = pupils_of(scene_.viewer);
+      pupils = pupils_of(scene_.viewer);
       const auto& first = pupils.front();
       h.largest_sine = glm::min(h.largest_sine, first.diameter_m / 2 / std::abs(first.b_m));
-      for (const auto& pupil : pupils) {
-        const auto at = (glm::abs(pupil.centre_m) + pupil.diameter_m / 2) / std::abs(pupil.b_m) *
-                        h.pitch_m / h.wavelength_m;
-        reach = std::max({reach, at.x, at.y});
-      }
     }
     layout.model = picture_model(view_, seen, resolution_m_);
-    layout.model->pupil_haze = haze_of_pupil(reach);
+    look_through(pupils, seen, *layout.model);
   }
   layouts_.push_back(std::move(layout));
 }

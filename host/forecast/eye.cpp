@@ -89,6 +89,13 @@ EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view) {
   return eye;
 }
 
+bool sees_band(const Pupil& pupil, const Plan& plan) {
+  if (plan.slm.stop) return false;
+  const auto half = plan.hologram.wavelength_m / 2.0 / plan.hologram.pitch_m * std::abs(pupil.b_m),
+             corner = (glm::abs(pupil.centre_m) + half) / (pupil.diameter_m / 2);
+  return corner.x * corner.x + corner.y * corner.y <= 1;
+}
+
 std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, const EyeView& eye) {
   std::vector<std::string> warnings;
   const auto best =
@@ -123,6 +130,14 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
                        " around the axis, where replicas of the picture are seen: a smaller "
                        "hologram.pitch, a longer viewer.eyepiece or a smaller pupil nearer to the "
                        "axis keeps them out");
+  const auto pupils = pupils_of(viewer);
+  if (is_near_hologram(plan) &&
+      std::any_of(pupils.begin(), pupils.end(), [&](auto& one) { return sees_band(one, plan); }))
+    warnings.push_back(
+        "the pupil sees all light of the SLM, which looks evenly bright through it, without a "
+        "picture: a pupil of less than " +
+        mm_text(0.7 * std::min(eye.eyebox_m.x, eye.eyebox_m.y)) +
+        ", or optics that pass half the band, slm.stop = 0.5, show one");
   constexpr double rounding = 1e-6;
   if (plan.extent.far_m + viewer.eyepiece_distance_m > 0) {
     const double farthest = dioptres_of_depth(viewer, plan.extent.far_m);

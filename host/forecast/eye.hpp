@@ -41,6 +41,9 @@ bool has_pupil(const Scene& scene);
 
 EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view);
 
+/// Whether a pupil behind an eyepiece sees all of the SLM's band, with its corners.
+bool sees_band(const Pupil& pupil, const Plan& plan);
+
 /// What the user should know of it: light that misses the pupil, replicas in it, depths that no eye
 /// focuses, dots that it makes out.
 std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, const EyeView& eye);

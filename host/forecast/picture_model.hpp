@@ -32,6 +32,7 @@ struct PictureRow {
   double fallen = 0;   // mean square of what pixels of slm.fill leave uneven
   double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
   double copies = 0;   // mean square of copies of the picture around the corners of the SLM's band
+  double copies_on_picture = 0;  // mean of copies times the picture
   // Length of the edges of front surfaces and textures, times the square of their step, over the
   // picture's area: 1/m
   double edges_m = 0;
@@ -52,7 +53,9 @@ struct PictureModel {
   glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
-  double pupil_haze = 0;   // share of the light that double phase throws aside that a pupil sees
+  double pupil_reach = 0;  // how far pupils look beside the axis, in bands
+  bool sees_band = false;  // a pupil sees all of the band, with its corners
+  bool is_even = false;    // near the hologram, phases show their even brightness
   double copies = 1;       // what the copies of rows count, where a part of the hologram is lit
   double stopped = 0;      // share of the light that slm.stop cuts off
   int refined_depths = 0;  // whole pictures that phases are refined towards; 0: they are not
@@ -62,8 +65,8 @@ struct PictureModel {
   std::vector<PictureRow> rows;
 };
 
-/// PictureModel::pupil_haze of pupils that reach so far from the axis, in widths of the SLM's band.
-double haze_of_pupil(double reach);
+/// Sets what pupils behind an eyepiece see of the SLM's band beside the picture's light.
+void look_through(const std::vector<Pupil>& pupils, const Plan& plan, PictureModel& model);
 
 /// Takes over how the plan's hologram is refined, if it is.
 void set_refinement(PictureModel& model, const Plan& plan);

@@ -244,7 +244,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
   if (p > 1.05 * resolution_m)
     warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
-         detail(resolution_m) + "; a smaller one, or --preset balanced, closes the surfaces");
+         detail(resolution_m) + "; a smaller one closes the surfaces, or " +
+         (is_default_pitch ? "" : "sampling.pitch = \"auto\" and ") + "--preset balanced");
   else if (is_default_pitch && p > apart * limit)
     warn("sampling.pitch " + length_text(p) + " (default) is for a bare eye: the hologram shows " +
          detail(limit) +

@@ -118,6 +118,8 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
                            1.0 - plan.hologram.largest_sine * plan.hologram.largest_sine));
     lens.reach_x = static_cast<float>(reach_m.x);
     lens.reach_y = static_cast<float>(reach_m.y);
+  } else if (constexpr double closest_m = 1e-6; !what.pupil && std::abs(what.z_m) < closest_m) {
+    throw InputError("z: a lens in the hologram's own plane cannot focus on it; reconstruct can");
   }
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.extent.origin_m.z);

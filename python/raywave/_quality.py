@@ -120,8 +120,8 @@ def quality(
     little in front. views: at the first depth also through the left, right, top and bottom of the
     hologram. pupils: that are looked through instead, as for reconstruct.
     window: size of the pictures around the axis, in metres. blur: standard deviation in metres of
-    the Gaussian that pictures are blurred with; by default 0.6 of sampling.pitch, or of the
-    resolution that the hologram's goal was planned for, and in its window. border: pixels
+    the Gaussian that pictures are blurred with; by default 0.6 of the
+    detail that the viewer makes out, at which plans predict, and in a goal's window. border: pixels
     that are left out on every side after it. lens_points: per axis of the lens.
     progress: as for render.
 

@@ -325,6 +325,7 @@ TEST_CASE("what cannot be written is refused by name, and the same command goes 
                                 desk.file("seen"), "--quiet"});
   INFO(looked.err);
   CHECK(looked.code == 0);
+  CHECK(fs::exists(desk.file("seen/reconstruction_00003_8mm.png")));
 }
 
 TEST_CASE("a run is another one once a file that its scene reads has changed, and no other") {

@@ -84,5 +84,18 @@ TEST_CASE(
   CHECK_FALSE(std::filesystem::exists(desk.file("other.toml")));
 }
 
+TEST_CASE("keys under no section of --slm, which would be lost, are refused with their line") {
+  const Desk desk;
+  desk.folder().write("keys.toml", "# panel\n\npitch = \"8 um\"\n[slm]\nbits = 8\n");
+  desk.folder().write("other.toml", "[trace]\nshadows = false\n");
+  const auto made = [&](const char* slm) {
+    return desk.run(
+        {"new", desk.file("square.obj"), "-o", desk.file("new.toml"), "--slm", desk.file(slm)});
+  };
+  check_refused(made("keys.toml"), 2, "keys.toml:3: stands under no section");
+  check_refused(made("other.toml"), 2, "other.toml: has nothing for a new scene");
+  CHECK_FALSE(std::filesystem::exists(desk.file("new.toml")));
+}
+
 }  // namespace
 }  // namespace raywave

@@ -171,8 +171,8 @@ RAYWAVE_API PictureComparison compare(const PictureView& a, const PictureView& b
 struct QualityOptions {
   std::vector<double> depths_m{};     // ascending; empty: nearest, farthest, a little in front
   std::optional<Vec2> window_m{};     // of the pictures, around the axis; empty: as `quality` takes
-  std::optional<double> blur_m{};     // standard deviation; empty: 0.6 of sampling.pitch,
-                                      // of the resolution that a goal was planned for
+  std::optional<double> blur_m{};     // standard deviation; empty: 0.6 of the detail that the
+                                      // viewer makes out, at which plans predict
   bool views = true;                  // at the first depth also through quarters of the hologram
   std::vector<std::string> pupils{};  // ViewOptions::pupil, all places of each
   int lens_points = 12;               // per axis
