@@ -11,6 +11,7 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <future>
 #include <limits>
@@ -122,14 +123,15 @@ public:
     return std::move(bvh_);
   }
 
-private:
-  /// Largest number of triangles of a part that is divided anew, and largest depth of the subtree
-  /// that replaces it: twice the depth of halving.
+  /// Largest number of triangles of a part that is divided anew.
   static constexpr std::size_t divided_anew = 512;
+
+private:
+  /// Largest depth of the subtree that replaces such a part: twice the depth of halving.
+  static constexpr int largest_depth = 18;
   /// Number of triangles from which on a half is worth a thread, and the depth to which it is.
   static constexpr std::size_t side_by_side = 1 << 14;
   static constexpr int deepest_side_by_side = 4;
-  static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
 
   Child flatten(const Part& part, int depth) {
@@ -233,28 +235,35 @@ private:
       if (!(rate < std::numeric_limits<float>::infinity())) continue;
       std::array<Box, bins> boxes;
       std::array<std::size_t, bins> counts{};
+      unsigned filled = 0;  // bit i: bin i holds something
       for (auto i = from; i < to; ++i) {
         const auto bin = bin_of(items_[i], axis, rate);
         boxes[bin].add(items_[i].box);
         ++counts[bin];
+        filled |= 1u << bin;
       }
-      std::array<float, bins> right_cost{};  // cost of the bins from each on
+      std::array<float, bins> right_cost;  // of a filled bin: cost of the bins from it on
       Box box;
       std::size_t in_box = 0;
-      for (auto bin = bins; bin-- > 1;) {
+      for (auto left = filled; left != 0;) {
+        const auto bin = static_cast<std::size_t>(std::bit_width(left)) - 1;
+        left ^= 1u << bin;
         box.add(boxes[bin]);
         in_box += counts[bin];
-        right_cost[bin] = in_box > 0 ? static_cast<float>(in_box) * box.half_surface() : 0;
+        right_cost[bin] = static_cast<float>(in_box) * box.half_surface();
       }
       box = {};
       in_box = 0;
-      for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
+      for (;;) {
+        const auto bin = static_cast<std::size_t>(std::countr_zero(filled));
+        filled &= filled - 1;
+        if (filled == 0) break;
         box.add(boxes[bin]);
         in_box += counts[bin];
-        if (in_box == 0 || in_box == count) continue;
-        const float cost =
-            whole.half_surface() +
-            triangle_cost * (static_cast<float>(in_box) * box.half_surface() + right_cost[bin + 1]);
+        const float cost = whole.half_surface() +
+                           triangle_cost * (static_cast<float>(in_box) * box.half_surface() +
+                                            right_cost[static_cast<std::size_t>(
+                                                std::countr_zero(filled))]);
         if (!(cost < least)) continue;
         least = cost;
         best_axis = axis;
@@ -332,7 +341,19 @@ Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm:
   const Primitive first(corners.begin());
   if (corners.size() == 1) return flattener.flatten({nullptr, &first, 1});
   Tree tree(corners.begin(), corners.end());
-  tree.build();
+  // Parts that are divided anew keep any order, and nothing asks for their boxes
+  const auto is_divided_anew = [](auto begin, auto end) {
+    return static_cast<std::size_t>(end - begin) <= Flattener::divided_anew;
+  };
+  const auto box_of = tree.traits().compute_bbox_object();
+  const auto halve = tree.traits().split_primitives_object();
+  tree.custom_build(
+      [&](auto begin, auto end) {
+        return is_divided_anew(begin, end) ? CGAL::Bbox_3() : box_of(begin, end);
+      },
+      [&](auto begin, auto end, const CGAL::Bbox_3& box) {
+        if (!is_divided_anew(begin, end)) halve(begin, end, box);
+      });
   return flattener.flatten({tree.root_node(), nullptr, corners.size()});
 }
 
