@@ -132,8 +132,8 @@ void run_preview(const LensArguments& options) {
   const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
   const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
                                  options.view.view(), scenes[0].viewer);
-  auto placing = std::async(std::launch::async,
-                            [&] { return DeviceScene(device, world, plans[0], false); });
+  auto placing =
+      std::async(std::launch::async, [&] { return DeviceScene(device, world, plans[0], false); });
   load_lens(device, plans[0]);
   auto arrays = placing.get();
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});

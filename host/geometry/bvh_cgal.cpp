@@ -294,10 +294,10 @@ private:
         if (filled == 0) break;
         box.add(boxes[bin]);
         in_box += counts[bin];
-        const float cost = whole.half_surface() +
-                           triangle_cost * (static_cast<float>(in_box) * box.half_surface() +
-                                            right_cost[static_cast<std::size_t>(
-                                                std::countr_zero(filled))]);
+        const float cost =
+            whole.half_surface() +
+            triangle_cost * (static_cast<float>(in_box) * box.half_surface() +
+                             right_cost[static_cast<std::size_t>(std::countr_zero(filled))]);
         if (!(cost < least)) continue;
         least = cost;
         best_axis = axis;

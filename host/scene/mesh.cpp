@@ -287,8 +287,7 @@ bool is_closed(const Mesh& mesh) {
   std::partial_sum(end_of.begin(), end_of.end(), end_of.begin());
   std::vector<std::uint32_t> ends(3 * mesh.triangles.size());
   for (const glm::uvec3& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i)
-      ends[end_of[weld[triangle[i]]]++] = weld[triangle[(i + 1) % 3]];
+    for (int i = 0; i < 3; ++i) ends[end_of[weld[triangle[i]]]++] = weld[triangle[(i + 1) % 3]];
   const auto from = [&](std::size_t vertex) {
     const auto first = vertex > 0 ? end_of[vertex - 1] : 0;
     return std::span(ends).subspan(first, end_of[vertex] - first);
