@@ -38,8 +38,8 @@ struct Bvh {
 Bvh build_bvh(std::span<const glm::dvec3> positions_m, std::span<const glm::uvec3> triangles,
               glm::dvec3 origin_m, int leaf_size = 2);
 
-/// One tree over those of several objects in one frame. Its order numbers the triangles of the first,
-/// then those of the second, and so on. Normal cones are not there yet.
+/// One tree over those of several objects in one frame. Its order numbers the triangles of the
+/// first, then those of the second, and so on. Normal cones are not there yet.
 ///
 /// throws  InputError when there is none
 Bvh joined(std::span<const Bvh> trees);
