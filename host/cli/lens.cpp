@@ -112,8 +112,8 @@ void run_lens(const LensArguments& options) {
 
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
-  // A device takes as long to start as the scene's files take to read. It starts in this thread:
-  // LLVM leaves a signal stack where it starts
+  // A device takes as long to start as the scene's files take to read, and a kernel as long to load
+  // as its trees take. Both are this thread's: LLVM leaves a signal stack where it starts
   auto reading = std::async(std::launch::async, [&] {
     auto scenes = options.scene.load_all(options.report);
     auto world = build_world(scenes[0]);
@@ -132,7 +132,10 @@ void run_preview(const LensArguments& options) {
   const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
   const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
                                  options.view.view(), scenes[0].viewer);
-  DeviceScene arrays(device, world, plans[0], false);
+  auto placing =
+      std::async(std::launch::async, [&] { return DeviceScene(device, world, plans[0], false); });
+  load_lens(device, plans[0]);
+  auto arrays = placing.get();
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   options.report.write(save(options, scenes, images, "preview", what));
 }

@@ -35,8 +35,14 @@ struct Bvh {
 ///
 /// positions_m  world; origin_m is subtracted in double before anything is rounded
 /// throws       InputError when there is no triangle or more than 2^30
-Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles,
+Bvh build_bvh(std::span<const glm::dvec3> positions_m, std::span<const glm::uvec3> triangles,
               glm::dvec3 origin_m, int leaf_size = 2);
+
+/// One tree over those of several objects in one frame. Its order numbers the triangles of the
+/// first, then those of the second, and so on. Normal cones are not there yet.
+///
+/// throws  InputError when there is none
+Bvh joined(std::span<const Bvh> trees);
 
 /// Makes the boxes of a tree anew after its vertices have moved, from the leaves upwards. Normal
 /// cones are taken out. Boxes are as build_bvh would have made them of the same parts.
@@ -48,6 +54,9 @@ void refit_bvh(Bvh& bvh, std::span<const glm::dvec3> positions_m,
 /// Time of a ray by the surface-area heuristic, in tests of two boxes: the surfaces of all nodes,
 /// and of leaves times triangle_cost and their triangles, over the surface of the whole.
 double surface_cost(const Bvh& bvh);
+
+/// Triangles in a leaf of the trees that rays search, at most.
+inline constexpr int triangles_of_leaf = 4;
 
 /// Time to test a triangle, in units of the time to test the boxes of two children. Rays are as
 /// fast with 0.6, but the tree has a third more nodes.

@@ -11,9 +11,11 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 #include <cmath>
 #include <future>
 #include <limits>
+#include <span>
 #include <string>
 #include <type_traits>
 #include <utility>
@@ -23,6 +25,8 @@
 
 namespace raywave {
 namespace {
+
+constexpr auto no_triangle = "the scene has no triangle";
 
 using Cartesian = CGAL::Simple_cartesian<double>;
 using Triangles = std::vector<Cartesian::Triangle_3>;
@@ -96,11 +100,11 @@ device::BvhNode node_of(const Child& left, const Child& right) {
   return node;
 }
 
-/// A triangle of a part that is divided by surface area.
+/// What is divided by surface area: a triangle of a part, or a tree that is joined with others.
 struct Item {
-  Box box;       // rounded outwards
-  Lanes centre;  // centre of the box, doubled
-  std::size_t triangle;
+  Box box;             // rounded outwards
+  Lanes centre;        // centre of the box, doubled
+  std::size_t number;  // of the triangle or tree
 };
 
 /// Flattens CGAL's tree, depth first. CGAL halves at the median. Its lowest parts, which hold most
@@ -114,6 +118,7 @@ public:
         leaf_size_(static_cast<std::size_t>(std::max(leaf_size, 1))) {}
 
   Bvh flatten(const Part& whole) {
+    reserve(whole.count);
     const auto root = flatten(whole, 1);
     if (root.count > 0) {
       bvh_.nodes.push_back(node_of(root, Child{}));
@@ -122,15 +127,44 @@ public:
     return std::move(bvh_);
   }
 
-private:
-  /// Largest number of triangles of a part that is divided anew, and largest depth of the subtree
-  /// that replaces it: twice the depth of halving.
+  /// The trees as parts of one.
+  Bvh join(std::span<const Bvh> trees) {
+    trees_ = trees;
+    std::uint32_t first = 0;
+    for (const auto& tree : trees) {
+      const auto& root = tree.nodes[0];
+      Item item{{}, {}, first_of_trees_.size()};
+      for (std::size_t axis = 0; axis < 3; ++axis) {
+        item.box.min[axis] = std::min(root.left_min[axis], root.right_min[axis]);
+        item.box.max[axis] = std::max(root.left_max[axis], root.right_max[axis]);
+        item.centre[axis] = item.box.min[axis] + item.box.max[axis];
+      }
+      items_.push_back(item);
+      first_of_trees_.push_back(first);
+      first += static_cast<std::uint32_t>(tree.order.size());
+    }
+    reserve(first);
+    divide(0, items_.size(), 1, 2 * static_cast<int>(std::bit_width(items_.size())));
+    return std::move(bvh_);
+  }
+
+  /// Largest number of triangles of a part that is divided anew.
   static constexpr std::size_t divided_anew = 512;
+
+private:
+  /// Largest depth of the subtree that replaces such a part: twice the depth of halving.
+  static constexpr int largest_depth = 18;
   /// Number of triangles from which on a half is worth a thread, and the depth to which it is.
   static constexpr std::size_t side_by_side = 1 << 14;
   static constexpr int deepest_side_by_side = 4;
-  static constexpr int largest_depth = 18;
   static constexpr std::size_t bins = 16;
+
+  /// Memory that nothing is written to costs no time.
+  void reserve(std::size_t triangles) {
+    bvh_.nodes.reserve(triangles / 2);
+    bvh_.triangles.reserve(triangles);
+    bvh_.order.reserve(triangles);
+  }
 
   Child flatten(const Part& part, int depth) {
     if (part.count > divided_anew) {
@@ -138,8 +172,10 @@ private:
       Flattener right(triangles_, margin_m_, static_cast<int>(leaf_size_));
       std::future<Child> from_right;
       if (part.count > side_by_side && depth <= deepest_side_by_side)
-        from_right =
-            std::async(std::launch::async, [&] { return right.flatten(part.right(), depth + 1); });
+        from_right = std::async(std::launch::async, [&] {
+          right.reserve(part.right().count);
+          return right.flatten(part.right(), depth + 1);
+        });
       return inner(
           depth, [&] { return flatten(part.left(), depth + 1); },
           [&] {
@@ -201,7 +237,7 @@ private:
 
   Child divide(std::size_t from, std::size_t to, int depth, int depth_left) {
     const auto middle = split(from, to, depth_left);
-    if (middle == from) return leaf(from, to);
+    if (middle == from) return trees_.empty() ? leaf(from, to) : whole_tree(from, depth);
     return inner(
         depth, [&] { return divide(from, middle, depth + 1, depth_left - 1); },
         [&] { return divide(middle, to, depth + 1, depth_left - 1); });
@@ -233,28 +269,35 @@ private:
       if (!(rate < std::numeric_limits<float>::infinity())) continue;
       std::array<Box, bins> boxes;
       std::array<std::size_t, bins> counts{};
+      unsigned filled = 0;  // bit i: bin i holds something
       for (auto i = from; i < to; ++i) {
         const auto bin = bin_of(items_[i], axis, rate);
         boxes[bin].add(items_[i].box);
         ++counts[bin];
+        filled |= 1u << bin;
       }
-      std::array<float, bins> right_cost{};  // cost of the bins from each on
+      std::array<float, bins> right_cost;  // of a filled bin: cost of the bins from it on
       Box box;
       std::size_t in_box = 0;
-      for (auto bin = bins; bin-- > 1;) {
+      for (auto left = filled; left != 0;) {
+        const auto bin = static_cast<std::size_t>(std::bit_width(left)) - 1;
+        left ^= 1u << bin;
         box.add(boxes[bin]);
         in_box += counts[bin];
-        right_cost[bin] = in_box > 0 ? static_cast<float>(in_box) * box.half_surface() : 0;
+        right_cost[bin] = static_cast<float>(in_box) * box.half_surface();
       }
       box = {};
       in_box = 0;
-      for (std::size_t bin = 0; bin + 1 < bins; ++bin) {
+      for (;;) {
+        const auto bin = static_cast<std::size_t>(std::countr_zero(filled));
+        filled &= filled - 1;
+        if (filled == 0) break;
         box.add(boxes[bin]);
         in_box += counts[bin];
-        if (in_box == 0 || in_box == count) continue;
         const float cost =
             whole.half_surface() +
-            triangle_cost * (static_cast<float>(in_box) * box.half_surface() + right_cost[bin + 1]);
+            triangle_cost * (static_cast<float>(in_box) * box.half_surface() +
+                             right_cost[static_cast<std::size_t>(std::countr_zero(filled))]);
         if (!(cost < least)) continue;
         least = cost;
         best_axis = axis;
@@ -287,7 +330,7 @@ private:
     Child result{{}, static_cast<int>(bvh_.triangles.size()), static_cast<int>(to - from)};
     for (auto i = from; i < to; ++i) {
       result.box.add(items_[i].box);
-      const auto& triangle = triangles_[items_[i].triangle];
+      const auto& triangle = triangles_[items_[i].number];
       Corners rounded;
       for (int axis = 0; axis < 3; ++axis) {
         rounded.a[axis] = static_cast<float>(triangle[0][axis]);
@@ -295,15 +338,28 @@ private:
         rounded.c[axis] = static_cast<float>(triangle[2][axis]);
       }
       bvh_.triangles.push_back(rounded);
-      bvh_.order.push_back(static_cast<std::uint32_t>(items_[i].triangle));
+      bvh_.order.push_back(static_cast<std::uint32_t>(items_[i].number));
     }
     return result;
+  }
+
+  /// One of the trees that are joined.
+  Child whole_tree(std::size_t item, int depth) {
+    const auto number = items_[item].number;
+    const auto& tree = trees_[number];
+    const auto first = bvh_.order.size();
+    const auto top = append(tree, {items_[item].box, 0, 0});
+    for (auto i = first; i < bvh_.order.size(); ++i) bvh_.order[i] += first_of_trees_[number];
+    bvh_.depth = std::max(bvh_.depth, depth - 1 + tree.depth);
+    return top;
   }
 
   const Triangles& triangles_;
   double margin_m_;
   std::size_t leaf_size_;
   std::vector<Item> items_;
+  std::span<const Bvh> trees_;                 // that are joined
+  std::vector<std::uint32_t> first_of_trees_;  // number of the first triangle of each
   Bvh bvh_;
 };
 
@@ -311,9 +367,9 @@ private:
 
 double box_margin_m(double reach_m) { return reach_m * 0x1.4p-22; }
 
-Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm::uvec3>& triangles,
+Bvh build_bvh(std::span<const glm::dvec3> positions_m, std::span<const glm::uvec3> triangles,
               glm::dvec3 origin_m, int leaf_size) {
-  if (triangles.empty()) throw InputError("the scene has no triangle");
+  if (triangles.empty()) throw InputError(no_triangle);
   if (triangles.size() > std::size_t{1} << 30)
     throw InputError("the scene has " + std::to_string(triangles.size()) +
                      " triangles; at most 2^30 are possible");
@@ -332,8 +388,25 @@ Bvh build_bvh(const std::vector<glm::dvec3>& positions_m, const std::vector<glm:
   const Primitive first(corners.begin());
   if (corners.size() == 1) return flattener.flatten({nullptr, &first, 1});
   Tree tree(corners.begin(), corners.end());
-  tree.build();
+  // Parts that are divided anew keep any order, and nothing asks for their boxes
+  const auto is_divided_anew = [](auto begin, auto end) {
+    return static_cast<std::size_t>(end - begin) <= Flattener::divided_anew;
+  };
+  const auto box_of = tree.traits().compute_bbox_object();
+  const auto halve = tree.traits().split_primitives_object();
+  tree.custom_build(
+      [&](auto begin, auto end) {
+        return is_divided_anew(begin, end) ? CGAL::Bbox_3() : box_of(begin, end);
+      },
+      [&](auto begin, auto end, const CGAL::Bbox_3& box) {
+        if (!is_divided_anew(begin, end)) halve(begin, end, box);
+      });
   return flattener.flatten({tree.root_node(), nullptr, corners.size()});
+}
+
+Bvh joined(std::span<const Bvh> trees) {
+  if (trees.empty()) throw InputError(no_triangle);
+  return trees.size() == 1 ? trees[0] : Flattener({}, 0, 1).join(trees);
 }
 
 }  // namespace raywave

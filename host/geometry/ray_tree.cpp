@@ -133,39 +133,41 @@ private:
 
 RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::vec3> normals,
                  std::span<const glm::uvec3> triangles,
-                 std::span<const std::int32_t> triangle_object, std::size_t objects) {
-  objects_.resize(objects);
-  const std::vector<glm::dvec3> positions(positions_m.begin(), positions_m.end());
-  std::vector<std::vector<glm::uvec3>> corners(objects);
-  for (std::size_t i = 0; i < triangles.size(); ++i) {
-    const auto object = static_cast<std::size_t>(triangle_object[i]);
-    corners[object].push_back(triangles[i]);
-    objects_[object].triangles.push_back(i);
-    for (int corner = 0; corner < 3; ++corner)
-      objects_[object].normals.push_back(normals.empty() ? glm::vec3(0)
-                                                         : normals[triangles[i][corner]]);
-  }
+                 std::span<const std::int32_t> triangle_object, std::size_t objects,
+                 glm::dvec3 origin_m)
+    : objects_(objects), origin_m_(origin_m) {
   auto& threads = cl::Threads::shared();
-  threads.for_each(std::min(threads.count(), objects), objects, 1,
-                   [&](std::size_t, std::size_t object) {
-                     auto& tree = objects_[object];
-                     if (tree.triangles.empty()) return;
-                     tree.origin_m = positions[corners[object][0].x];
-                     tree.bvh = build_bvh(positions, corners[object], tree.origin_m);
-                   });
+  threads.for_each(
+      std::min(threads.count(), objects), objects, 1, [&](std::size_t, std::size_t object) {
+        const auto own = std::equal_range(triangle_object.begin(), triangle_object.end(),
+                                          static_cast<std::int32_t>(object));
+        if (own.first == own.second) return;
+        auto& tree = objects_[object];
+        tree.first_triangle = static_cast<std::size_t>(own.first - triangle_object.begin());
+        const auto corners = triangles.subspan(tree.first_triangle,
+                                               static_cast<std::size_t>(own.second - own.first));
+        tree.normals.reserve(3 * corners.size());
+        for (const auto& triangle : corners)
+          for (int corner = 0; corner < 3; ++corner)
+            tree.normals.push_back(normals.empty() ? glm::vec3(0) : normals[triangle[corner]]);
+        tree.bvh = build_bvh(positions_m, corners, origin_m, triangles_of_leaf);
+      });
+}
+
+const Bvh* RayTree::tree_of(std::size_t object, glm::dvec3 origin_m) const {
+  const auto& tree = objects_[object];
+  return origin_m == origin_m_ && !tree.is_refitted && !tree.normals.empty() ? &tree.bvh : nullptr;
 }
 
 void RayTree::refit(std::size_t object, std::span<const glm::dvec3> positions_m,
                     std::span<const glm::vec3> normals, std::span<const glm::uvec3> triangles) {
   auto& tree = objects_[object];
-  if (tree.triangles.empty()) return;
-  std::vector<glm::uvec3> corners;
-  for (std::size_t i = 0; i < tree.triangles.size(); ++i) {
-    corners.push_back(triangles[tree.triangles[i]]);
-    for (int corner = 0; corner < 3; ++corner)
-      tree.normals[3 * i + static_cast<std::size_t>(corner)] = normals[corners.back()[corner]];
-  }
-  refit_bvh(tree.bvh, positions_m, corners, tree.origin_m);
+  if (tree.normals.empty()) return;
+  const auto corners = triangles.subspan(tree.first_triangle, tree.bvh.order.size());
+  for (std::size_t i = 0; i < tree.normals.size(); ++i)
+    tree.normals[i] = normals[corners[i / 3][static_cast<int>(i % 3)]];
+  refit_bvh(tree.bvh, positions_m, corners, origin_m_);
+  tree.is_refitted = true;
 }
 
 std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dvec3 origin,
@@ -174,7 +176,7 @@ std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dve
   std::vector<std::int32_t> waiting;
   for (std::size_t object = 0; object < objects_.size(); ++object) {
     const auto& tree = objects_[object];
-    if (tree.triangles.empty()) continue;
+    if (tree.normals.empty()) continue;
     // The ray in the object's frame: distances along it do not change
     const auto motion = motions.empty() ? Motion{} : motions[object];
     const auto back = glm::transpose(motion.turn) / motion.scale;
@@ -182,7 +184,7 @@ std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dve
     ray.t_min = t_min;
     ray.direction = motion.moved ? back * direction : direction;
     ray.origin =
-        (motion.moved ? motion.from_m + back * (origin - motion.to_m) : origin) - tree.origin_m;
+        (motion.moved ? motion.from_m + back * (origin - motion.to_m) : origin) - origin_m_;
     for (int axis = 0; axis < 3; ++axis)
       ray.inverse[axis] = 1 / (ray.direction[axis] == 0 ? 1e-300 : ray.direction[axis]);
 
@@ -218,7 +220,7 @@ std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dve
         glm::cross(point(corners.b) - point(corners.a), point(corners.c) - point(corners.a));
     const auto smooth = (1 - hit->u - hit->v) * normal(0) + hit->u * normal(1) + hit->v * normal(2);
     const auto normal_or_face = glm::dot(smooth, smooth) > 0 ? smooth : face;
-    best = {hit->t, tree.triangles[number], static_cast<std::int32_t>(object),
+    best = {hit->t, tree.first_triangle + number, static_cast<std::int32_t>(object),
             glm::normalize(motion.turn * face), glm::normalize(motion.turn * normal_or_face)};
   }
   return best;

@@ -28,10 +28,15 @@ struct RayHit {
 class RayTree {
 public:
   /// positions_m, normals  of vertices; no normals: those of the faces
-  /// triangle_object       of each triangle, below `objects`
+  /// triangle_object       of each triangle, ascending, below `objects`
+  /// origin_m              of the trees' frame
   RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::vec3> normals,
           std::span<const glm::uvec3> triangles, std::span<const std::int32_t> triangle_object,
-          std::size_t objects);
+          std::size_t objects, glm::dvec3 origin_m);
+
+  /// What build_bvh makes of an object's triangles in a frame with this origin; null: nothing that
+  /// is still here.
+  const Bvh* tree_of(std::size_t object, glm::dvec3 origin_m) const;
 
   /// The nearest hit with t_min < t < t_max of origin + t direction.
   ///
@@ -46,11 +51,12 @@ public:
 private:
   struct ObjectTree {
     Bvh bvh;
-    glm::dvec3 origin_m{0};              // of the tree's frame
-    std::vector<std::size_t> triangles;  // their numbers, in the order given to the tree
-    std::vector<glm::vec3> normals;      // of their corners, three each
+    bool is_refitted = false;
+    std::size_t first_triangle = 0;
+    std::vector<glm::vec3> normals;  // of the triangles' corners, three each
   };
   std::vector<ObjectTree> objects_;
+  glm::dvec3 origin_m_;
 };
 
 // A tree over boxes, for rays that look for instances (kernels/scene/bvh.h).

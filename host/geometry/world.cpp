@@ -344,8 +344,12 @@ Placing moved_placing_of(const Object& object, const World& world, const PlacedO
 }  // namespace
 
 RayTree ray_tree_of(const World& world) {
-  return {world.positions, world.normals, world.triangles, world.triangle_object,
-          world.object_closed.size()};
+  return {world.positions,
+          world.normals,
+          world.triangles,
+          world.triangle_object,
+          world.object_closed.size(),
+          middle_of(world)};
 }
 
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
@@ -376,6 +380,7 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
                  number < meshes.deforming.size() ? meshes.deforming[number] : nullptr, moves,
                  placing, world);
   }
+  move_objects(scene, world);
   const auto is_specular = [](const Material& m) { return m.is_specular(); };
   if (std::any_of(world.materials.begin(), world.materials.end(), is_specular) ||
       std::any_of(scene.objects.begin(), scene.objects.end(), [&](const Object& object) {
@@ -383,7 +388,6 @@ World place_objects(const Scene& scene, const Meshes& meshes, Textures textures)
         return material < scene.materials.size() && is_specular(scene.materials[material]);
       }))
     world.ray_tree = std::make_shared<const RayTree>(ray_tree_of(world));
-  move_objects(scene, world);
   return world;
 }
 
@@ -511,6 +515,8 @@ std::vector<std::string> material_notes(const Scene& scene, const World& world) 
   }
   return lines;
 }
+
+glm::dvec3 middle_of(const World& world) { return (world.min_m + world.max_m) / 2.0; }
 
 std::vector<glm::dvec3> positions_now(const World& world) {
   auto positions = world.positions;

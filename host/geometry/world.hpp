@@ -109,6 +109,10 @@ bool lies_before(const World& world, std::size_t object);
 /// both sides, that of their vertices.
 double closest_m(const World& world);
 
+/// Middle of everything as it is now: origin of the frame in which a scene that is built here is
+/// traced.
+glm::dvec3 middle_of(const World& world);
+
 /// A triangle as an area sample.
 AreaSample area_sample(const World& world, std::size_t triangle, double share);
 

@@ -231,8 +231,7 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   // Predictions divide by it
   const auto window = plan.window_m();
   plan.extent.closest_m = std::max(closest_m(world), 1e-3 * std::max(window.x, window.y));
-  plan.extent.origin_m = {(world.min_m.x + world.max_m.x) / 2, (world.min_m.y + world.max_m.y) / 2,
-                          (plan.extent.near_m + plan.extent.far_m) / 2};
+  plan.extent.origin_m = middle_of(world);
   plan.hologram.largest_sine = largest_sine_of(plan.hologram.wavelength_m, plan);
   // Pixels turn the light that falls onto them by so much
   const auto& illumination = scene.slm.illumination;

@@ -7,8 +7,10 @@
 #include <exception>
 #include <glm/geometric.hpp>
 #include <map>
+#include <numeric>
 #include <optional>
 #include <set>
+#include <span>
 #include <stdexcept>
 #include <string_view>
 #include <tuple>
@@ -278,19 +280,30 @@ Mesh load_mesh(const std::filesystem::path& file, Normals normals, const std::st
 
 bool is_closed(const Mesh& mesh) {
   const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
-  const auto edge = [](std::uint64_t from, std::uint64_t to) { return from << 32 | to; };
-  std::vector<std::uint64_t> edges, reversed;
-  edges.reserve(3 * mesh.triangles.size());
-  reversed.reserve(edges.capacity());
+  // The ends of the edges from each vertex, vertex by vertex
+  std::vector<std::size_t> end_of(count_of(weld) + 1);
   for (const glm::uvec3& triangle : mesh.triangles)
-    for (int i = 0; i < 3; ++i) {
-      const auto from = weld[triangle[i]], to = weld[triangle[(i + 1) % 3]];
-      edges.push_back(edge(from, to));
-      reversed.push_back(edge(to, from));
-    }
-  std::sort(edges.begin(), edges.end());
-  std::sort(reversed.begin(), reversed.end());
-  return edges == reversed && std::adjacent_find(edges.begin(), edges.end()) == edges.end();
+    for (int i = 0; i < 3; ++i) ++end_of[weld[triangle[i]] + 1];
+  std::partial_sum(end_of.begin(), end_of.end(), end_of.begin());
+  std::vector<std::uint32_t> ends(3 * mesh.triangles.size());
+  for (const glm::uvec3& triangle : mesh.triangles)
+    for (int i = 0; i < 3; ++i) ends[end_of[weld[triangle[i]]]++] = weld[triangle[(i + 1) % 3]];
+  const auto from = [&](std::size_t vertex) {
+    const auto first = vertex > 0 ? end_of[vertex - 1] : 0;
+    return std::span(ends).subspan(first, end_of[vertex] - first);
+  };
+  const auto vertices = end_of.size() - 1;
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex) {
+    std::sort(from(vertex).begin(), from(vertex).end());
+    if (std::adjacent_find(from(vertex).begin(), from(vertex).end()) != from(vertex).end())
+      return false;
+  }
+  for (std::size_t vertex = 0; vertex < vertices; ++vertex)
+    for (const auto end : from(vertex))
+      if (!std::binary_search(from(end).begin(), from(end).end(),
+                              static_cast<std::uint32_t>(vertex)))
+        return false;
+  return true;
 }
 
 namespace {

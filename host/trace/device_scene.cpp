@@ -279,6 +279,10 @@ cl::Options kernel_options(const Plan& plan) {
           {option::bounces, std::to_string(plan.specular.bounces)}};
 }
 
+cl::Options kernel_options(const Plan& plan, const cl::DeviceInfo& device) {
+  return cl::with(kernel_options(plan), {{option::lanes, std::to_string(lanes_for(device))}});
+}
+
 DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Plan& plan,
                          bool for_samples)
     : device_(device), instances_(device, world, plan.extent.origin_m, tree, for_samples) {
@@ -291,8 +295,7 @@ DeviceScene::DeviceScene(const cl::Device& device, const World& world, const Pla
   uvs = {device, floats_of(world.uvs), "places on textures"};
   colours = {device, std::span<const float>(vertex_colours_of(world, plan.channels())),
              "colours of vertices"};
-  options =
-      cl::with(kernel_options(plan), {{option::lanes, std::to_string(lanes_for(device.info()))}});
+  options = kernel_options(plan, device.info());
   place(world, plan);
 }
 

@@ -20,6 +20,9 @@ namespace raywave {
 /// compiled in only when the scene uses it.
 cl::Options kernel_options(const Plan& plan);
 
+/// The same with those that depend on the device.
+cl::Options kernel_options(const Plan& plan, const cl::DeviceInfo& device);
+
 /// The scene as the kernels see it: trees, triangles, materials for the hologram's wavelength,
 /// lights and textures in device memory. Scene frame: the world minus
 /// SceneExtent::origin_m, subtracted in double.

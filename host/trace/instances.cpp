@@ -6,11 +6,11 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
-#include <numeric>
 #include <span>
 #include <tuple>
 #include <utility>
 
+#include "host/common/threads.hpp"
 #include "host/geometry/bvh.hpp"
 #include "host/geometry/normal_cones.hpp"
 #include "host/geometry/ray_tree.hpp"
@@ -18,8 +18,6 @@
 
 namespace raywave {
 namespace {
-
-constexpr int triangles_of_leaf = 4;
 
 /// Six times the volume below a triangle, against a corner of the scene: the distance to the
 /// hologram would cancel digits of the sum.
@@ -261,15 +259,39 @@ std::vector<std::size_t> Instances::upload_changed(const World& world, DeviceTre
   return changed;
 }
 
-/// The tree of an instance over the triangles with these numbers.
-InstanceTree Instances::built(const World& world, const Plan& plan, std::size_t instance,
-                              const std::vector<std::uint32_t>& numbers) const {
+/// The tree of an instance, of those of its objects.
+InstanceTree Instances::built(const World& world, const Plan& plan, std::size_t instance) const {
+  const auto& objects = objects_[instance];
+  std::vector<std::uint32_t> numbers;
   std::vector<glm::uvec3> corners;
-  for (const auto i : numbers) corners.push_back(world.triangles[i]);
+  std::vector<std::pair<std::size_t, std::span<const glm::uvec3>>> parts;  // object, its triangles
+  for (const auto object : objects) {
+    const auto own = std::equal_range(world.triangle_object.begin(), world.triangle_object.end(),
+                                      static_cast<std::int32_t>(object));
+    const auto first = static_cast<std::size_t>(own.first - world.triangle_object.begin()),
+               count = static_cast<std::size_t>(own.second - own.first);
+    if (count == 0) continue;
+    parts.emplace_back(object, std::span(world.triangles).subspan(first, count));
+    corners.insert(corners.end(), parts.back().second.begin(), parts.back().second.end());
+    for (std::size_t i = 0; i < count; ++i)
+      numbers.push_back(static_cast<std::uint32_t>(first + i));
+  }
+  std::vector<Bvh> trees(parts.size());
+  auto& threads = cl::Threads::shared();
+  threads.for_each(
+      std::min(threads.count(), parts.size()), parts.size(), 1, [&](std::size_t, std::size_t i) {
+        const auto& [object, triangles] = parts[i];
+        const auto* known = world.ray_tree ? world.ray_tree->tree_of(object, anchor_m_) : nullptr;
+        trees[i] =
+            known ? *known : build_bvh(world.positions, triangles, anchor_m_, triangles_of_leaf);
+      });
   InstanceTree result;
-  result.bvh = build_bvh(world.positions, corners, anchor_m_, triangles_of_leaf);
+  result.bvh = joined(trees);
   std::vector<std::int32_t> sides;
   std::vector<glm::uvec3> in_order;
+  sides.reserve(numbers.size());
+  in_order.reserve(numbers.size());
+  result.triangles.reserve(numbers.size());
   for (const auto place : result.bvh.order) {
     in_order.push_back(corners[place]);
     const auto t = glm::ivec3(corners[place]);
@@ -280,29 +302,17 @@ InstanceTree Instances::built(const World& world, const Plan& plan, std::size_t 
     sides.push_back(sides_[object]);
   }
   store_normal_cones(result.bvh, sides);
-  if (wants_neighbours_) {
-    const auto& objects = objects_[instance];
+  if (wants_neighbours_)
     result.neighbours = neighbours_in(
         world, objects.size() == 1 ? std::optional(objects[0]) : std::nullopt, std::move(in_order));
-  }
   return result;
 }
 
 void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tree) {
-  // Triangle numbers of each instance
-  std::vector<std::size_t> instance_of_object(sides_.size());
-  for (std::size_t instance = 0; instance < objects_.size(); ++instance) {
-    for (const auto object : objects_[instance]) instance_of_object[object] = instance;
-  }
-  std::vector<std::vector<std::uint32_t>> triangles_of_instances(objects_.size());
-  for (std::size_t i = 0; i < world.triangles.size(); ++i)
-    triangles_of_instances[instance_of_object[static_cast<std::size_t>(world.triangle_object[i])]]
-        .push_back(static_cast<std::uint32_t>(i));
-
   wants_neighbours_ = for_samples_ && breaks_pay(plan.lattice, world.triangles.size());
   trees_.clear();
-  for (std::size_t instance = 0; instance < triangles_of_instances.size(); ++instance)
-    trees_.push_back(built(world, plan, instance, triangles_of_instances[instance]));
+  for (std::size_t instance = 0; instance < objects_.size(); ++instance)
+    trees_.push_back(built(world, plan, instance));
   costs_.clear();
   of_picture_.assign(trees_.size(), std::nullopt);
   std::vector<const InstanceTree*> shown;
@@ -366,9 +376,7 @@ void Instances::deform(const World& world, const Plan& plan,
       continue;
     }
     is_whole = true;
-    std::vector<std::uint32_t> numbers(placed.triangles);
-    std::iota(numbers.begin(), numbers.end(), static_cast<std::uint32_t>(placed.first_triangle));
-    of_picture_[i] = built(world, plan, i, numbers);
+    of_picture_[i] = built(world, plan, i);
   }
   if (is_whole) {
     std::vector<const InstanceTree*> shown;

@@ -78,8 +78,7 @@ public:
 
 private:
   void build_trees(const World& world, const Plan& plan, DeviceTree& tree);
-  InstanceTree built(const World& world, const Plan& plan, std::size_t instance,
-                     const std::vector<std::uint32_t>& numbers) const;
+  InstanceTree built(const World& world, const Plan& plan, std::size_t instance) const;
   void upload(const std::vector<const InstanceTree*>& shown, DeviceTree& tree);
   void deform(const World& world, const Plan& plan, const std::vector<std::size_t>& changed,
               DeviceTree& tree);

@@ -135,7 +135,15 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
   return lens;
 }
 
+cl::Kernel lens_kernel(const cl::Device& device, const cl::Options& options) {
+  return cl::Program(device, "kernels/view/lens.cl", options).kernel("see");
+}
+
 }  // namespace
+
+void load_lens(const cl::Device& device, const Plan& plan) {
+  lens_kernel(device, kernel_options(plan, device.info()));
+}
 
 Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
                    const LensSpec& what, const std::function<void(double)>& progress) {
@@ -146,7 +154,7 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
   const auto lens = lens_plane(plan, scene, what, size, pixel_m);
   cl::Buffer<float> picture(
       device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
-  auto see = cl::Program(device, "kernels/view/lens.cl", scene.options).kernel("see");
+  auto see = lens_kernel(device, scene.options);
 
   const int lanes = lanes_for(device.info());
   const std::int64_t packets = static_cast<std::int64_t>((size.x + lanes - 1) / lanes) * size.y;

@@ -34,6 +34,10 @@ struct LensSpec {
   glm::dvec2 pupil_part_m{0, 0};  // > 0: a rectangle of this size around its centre, no disc
 };
 
+/// Makes the kernel of lens_picture ready, from source or from a cache. Meanwhile another thread
+/// can make the DeviceScene.
+void load_lens(const cl::Device& device, const Plan& plan);
+
 /// Radiance in the plane z, averaged over the lens: an ideal rectangular lens in the hologram's
 /// plane, incoherent light, no diffraction. Every pixel is the mean over a grid of cell centres on
 /// the lens of the Phong radiance where the ray through the pixel's centre first meets the scene, 0

@@ -647,6 +647,12 @@ static inline floatv phong(const SceneArrays* scene, const Surface* s, float bia
                            bool together, intv active) {
   Radiance radiance = own_light(scene, s);
 #if RAYWAVE_LIGHTS > 0
+  // Clear glass and plain mirrors show no light, and ask for none
+  intv shows = 0;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+    shows |= (s->diffuse[k] > 0.0f) | (s->specular[k] > 0.0f);
+  if (!LANES_ANY(active & shows)) return shown_radiance(scene, &radiance);
+  if (!together) active &= shows;
   floatv shares[RAYWAVE_LANES];
   for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
     const Incident in = incident(scene->lights, i, s, reach);

@@ -151,7 +151,7 @@ DEVICE_TEST("a picture of an object that deforms has the same bits whatever was 
     auto world = build_world(scene);
     move_objects(scene_at(scene, 0), world);
     const auto triangles = std::span(world.triangles).first(world.placed[0].triangles);
-    auto bvh = build_bvh(world.positions, {triangles.begin(), triangles.end()}, world.min_m, 4);
+    auto bvh = build_bvh(world.positions, triangles, world.min_m, 4);
     const double before = surface_cost(bvh);
     move_objects(scene_at(scene, picture), world);
     refit_bvh(bvh, world.positions, triangles, world.min_m);

@@ -251,7 +251,7 @@ void launch_tools(const cl::Device& device) {
 
   // Rays along z at a square; the last packet has one ray.
   const std::vector<glm::dvec3> corners{{0, 0, 1}, {1, 0, 1}, {1, 1, 1}, {0, 1, 1}};
-  const auto bvh = build_bvh(corners, {{0, 1, 2}, {0, 2, 3}}, {0, 0, 0}, 1);
+  const auto bvh = build_bvh(corners, std::vector<glm::uvec3>{{0, 1, 2}, {0, 2, 3}}, {0, 0, 0}, 1);
   const std::int32_t rays = lanes + 1;
   std::vector<float> planes;
   for (const float value : {0.25f, 0.5f, 0.0f, 0.0f, 0.0f, 1.0f, 0.0f, 9.0f})
