@@ -32,11 +32,32 @@ using Cartesian = CGAL::Simple_cartesian<double>;
 using Triangles = std::vector<Cartesian::Triangle_3>;
 #if __has_include(<CGAL/AABB_traits_3.h>)
 using Primitive = CGAL::AABB_triangle_primitive_3<Cartesian, Triangles::const_iterator>;
-using Traits = CGAL::AABB_traits_3<Cartesian, Primitive>;
+using WholeTraits = CGAL::AABB_traits_3<Cartesian, Primitive>;
 #else
 using Primitive = CGAL::AABB_triangle_primitive<Cartesian, Triangles::const_iterator>;
-using Traits = CGAL::AABB_traits<Cartesian, Primitive>;
+using WholeTraits = CGAL::AABB_traits<Cartesian, Primitive>;
 #endif
+
+/// Parts of so many triangles are divided anew.
+constexpr std::size_t divided_anew = 512;
+
+/// Leaves parts that are divided anew in any order, and without boxes, which nothing asks for.
+struct Traits : WholeTraits {
+  static bool is_divided_anew(auto begin, auto end) {
+    return static_cast<std::size_t>(end - begin) <= divided_anew;
+  }
+  auto compute_bbox_object() const {
+    return [box_of = WholeTraits::compute_bbox_object()](auto begin, auto end) {
+      return is_divided_anew(begin, end) ? CGAL::Bbox_3() : box_of(begin, end);
+    };
+  }
+  auto split_primitives_object() const {
+    return [halve = WholeTraits::split_primitives_object()](auto begin, auto end,
+                                                            const CGAL::Bbox_3& box) {
+      if (!is_divided_anew(begin, end)) halve(begin, end, box);
+    };
+  }
+};
 using Tree = CGAL::AABB_tree<Traits>;
 using TreeNode = std::remove_cvref_t<decltype(*std::declval<Tree>().root_node())>;
 
@@ -147,9 +168,6 @@ public:
     divide(0, items_.size(), 1, 2 * static_cast<int>(std::bit_width(items_.size())));
     return std::move(bvh_);
   }
-
-  /// Largest number of triangles of a part that is divided anew.
-  static constexpr std::size_t divided_anew = 512;
 
 private:
   /// Largest depth of the subtree that replaces such a part: twice the depth of halving.
@@ -388,19 +406,7 @@ Bvh build_bvh(std::span<const glm::dvec3> positions_m, std::span<const glm::uvec
   const Primitive first(corners.begin());
   if (corners.size() == 1) return flattener.flatten({nullptr, &first, 1});
   Tree tree(corners.begin(), corners.end());
-  // Parts that are divided anew keep any order, and nothing asks for their boxes
-  const auto is_divided_anew = [](auto begin, auto end) {
-    return static_cast<std::size_t>(end - begin) <= Flattener::divided_anew;
-  };
-  const auto box_of = tree.traits().compute_bbox_object();
-  const auto halve = tree.traits().split_primitives_object();
-  tree.custom_build(
-      [&](auto begin, auto end) {
-        return is_divided_anew(begin, end) ? CGAL::Bbox_3() : box_of(begin, end);
-      },
-      [&](auto begin, auto end, const CGAL::Bbox_3& box) {
-        if (!is_divided_anew(begin, end)) halve(begin, end, box);
-      });
+  tree.build();
   return flattener.flatten({tree.root_node(), nullptr, corners.size()});
 }
 
