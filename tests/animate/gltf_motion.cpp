@@ -189,7 +189,7 @@ Pose pose_at(double t) {
 /// The file's place in the world: the camera looks from z = 10 along -z, and its right is -x.
 dvec3 world_of(dvec3 p, double scale) { return scale * dvec3(-p.x, p.y, 10 - p.z); }
 
-Scene scene_with(const Folder& folder, const Gltf& room, const std::string& animation,
+Scene scene_from(const Folder& folder, const Gltf& room, const std::string& animation,
                  const std::string& more = light, double scale = 0.01, bool as_gltf = false) {
   const char* name = as_gltf ? "room.gltf" : "room.glb";
   folder.write(name, as_gltf ? room.gltf() : room.glb());
@@ -212,7 +212,7 @@ TEST_CASE("objects and lights of a glTF file go where its keys put their nodes")
   animate(room);
   for (const bool as_gltf : {false, true}) {
     const double scale = as_gltf ? 1 : 0.01;
-    const auto scene = scene_with(folder, room, plays, light, scale, as_gltf);
+    const auto scene = scene_from(folder, room, plays, light, scale, as_gltf);
     const auto& animation = scene.animation.value();
     CHECK(animation.pictures == 20);     // 2 s
     REQUIRE(scene.objects.size() == 3);  // what stays, the arm, the hand
@@ -238,8 +238,8 @@ TEST_CASE("objects and lights of a glTF file go where its keys put their nodes")
     }
   }
   // Other commands show the file at rest, as one object
-  CHECK(scene_with(folder, room, "").objects.size() == 1);
-  CHECK(scene_with(folder, room, "[animation]\nframes = 3\ngltf = false\n").objects.size() == 1);
+  CHECK(scene_from(folder, room, "").objects.size() == 1);
+  CHECK(scene_from(folder, room, "[animation]\nframes = 3\ngltf = false\n").objects.size() == 1);
 }
 
 DEVICE_TEST("a picture of a moving glTF file is that of a file whose nodes rest there") {
@@ -257,8 +257,8 @@ DEVICE_TEST("a picture of a moving glTF file is that of a file whose nodes rest 
   put(2, "translation", {1.3125, 0.5, 0.625, 0}, 3);
   put(2, "rotation", quaternion(t / 2, arm_axis), 4);
   put(3, "rotation", quaternion(0.75 * (t - 1), hand_axis), 4);
-  const auto moving = scene_with(folder, room, plays, light + hologram, 0.002),
-             resting = scene_with(other, still, "", light + hologram, 0.002);
+  const auto moving = scene_from(folder, room, plays, light + hologram, 0.002),
+             resting = scene_from(other, still, "", light + hologram, 0.002);
   RenderOptions how;
   Renderer renderer(device, scene_at(moving, 0), how);
   const auto scene = scene_at(moving, 10 * t);
@@ -359,7 +359,7 @@ TEST_CASE("an animation of a glTF file that cannot be shown is refused, and says
   const Folder folder;
   auto room = moving_room();
   const auto refusal = [&](const std::string& lines) {
-    return input_error_of([&] { scene_with(folder, room, "[animation]\n" + lines); });
+    return input_error_of([&] { scene_from(folder, room, "[animation]\n" + lines); });
   };
   CHECK_SAYS(refusal("gltf = true\n"),
              "scene.toml:7: animation: gltf must be left out: the file has no animation");
@@ -374,35 +374,35 @@ TEST_CASE("an animation of a glTF file that cannot be shown is refused, and says
   CHECK_SAYS(refusal("gltf = true\n[[animation.track]]\nof = \"light.1.position\"\nat = "
                      "[0]\nvalues = [[0, 0, 1]]\n"),
              "track 0: moves what the glTF file moves");
-  CHECK(scene_with(
+  CHECK(scene_from(
             folder, room,
             std::string(plays) +
                 "[[animation.track]]\nof = \"light.1.intensity\"\nat = [0, 9]\nvalues = [1, 2]\n")
             .animation->tracks.size() == 1);
   // Two animations may move different nodes at once
   room.animate<glm::vec3>(1, 1, "translation", "STEP", {0, 1}, {{0, 0, 0}, {1, 0, 0}});
-  CHECK(scene_with(folder, room, plays).objects.size() == 3);  // all of them move
-  CHECK(scene_with(folder, room, "[animation]\ngltf = 1\n").objects.size() == 2);
+  CHECK(scene_from(folder, room, plays).objects.size() == 3);  // all of them move
+  CHECK(scene_from(folder, room, "[animation]\ngltf = 1\n").objects.size() == 2);
   room.animate<glm::vec3>(1, 2, "translation", "STEP", {0, 1}, {{0, 0, 0}, {1, 0, 0}});
   CHECK_SAYS(refusal("gltf = true\n"), "since two of them move the same node");
   auto bezier = moving_room();
   bezier.animate<glm::vec3>(0, 2, "translation", "BEZIER", {0, 1}, {{0, 0, 0}, {1, 0, 0}});
-  CHECK_REFUSED(scene_with(folder, bezier, plays), "is none of LINEAR, STEP and CUBICSPLINE");
+  CHECK_REFUSED(scene_from(folder, bezier, plays), "is none of LINEAR, STEP and CUBICSPLINE");
   // Keys that say what the file says anyway move nothing
   auto baked = moving_room();
   baked.animate<glm::vec3>(0, 2, "translation", "LINEAR", {0, 1}, {{1, 0.5f, 0}, {1, 0.5f, 0}});
-  CHECK_REFUSED(scene_with(folder, baked, plays), "nothing that shows or shines moves");
+  CHECK_REFUSED(scene_from(folder, baked, plays), "nothing that shows or shines moves");
   // What is no similarity is said for the picture
   for (const auto& scale : {glm::vec3(1, 2, 1), glm::vec3(-1, 1, 1)}) {
     auto stretched = moving_room();
     stretched.animate<glm::vec3>(0, 2, "scale", "LINEAR", {0, 1}, {glm::vec3(1), scale});
-    const auto scene = scene_with(folder, stretched, plays);
+    const auto scene = scene_from(folder, stretched, plays);
     scene_at(scene, 0);
     CHECK_REFUSED(scene_at(scene, 8), "node \"arm\": at picture 8: it is stretched unevenly");
   }
   auto gone = moving_room();
   gone.animate<glm::vec3>(0, 2, "scale", "STEP", {0, 1}, {glm::vec3(1), glm::vec3(0)});
-  CHECK(scene_at(scene_with(folder, gone, plays), 10).objects[1].solid_scale == smallest_scale);
+  CHECK(scene_at(scene_from(folder, gone, plays), 10).objects[1].solid_scale == smallest_scale);
 }
 
 TEST_CASE("holograms of another motion are told apart, also where the meshes are the same") {
@@ -410,7 +410,7 @@ TEST_CASE("holograms of another motion are told apart, also where the meshes are
   auto room = moving_room();
   animate(room);
   const auto digest = [&] {
-    const auto scene = scene_with(folder, room, plays);
+    const auto scene = scene_from(folder, room, plays);
     return digest_of_contents(scene, build_world(scene));
   };
   const auto before = digest();

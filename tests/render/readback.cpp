@@ -27,11 +27,11 @@ Scene wall_scene(const Folder& folder, glm::ivec2 tiles, int frames) {
   return scene;
 }
 
-constexpr glm::ivec2 divisions[] = {{1, 1}, {2, 2}};
+constexpr glm::ivec2 tile_grids[] = {{1, 1}, {2, 2}};
 
 DEVICE_TEST("the levels of every frame and tile match the returned field") {
   const Folder folder;
-  for (const auto tiles : divisions) {
+  for (const auto tiles : tile_grids) {
     Renderer renderer(device, wall_scene(folder, tiles, 5));
     for (int picture = 0; picture < 2; ++picture) {
       const auto result = renderer.render();

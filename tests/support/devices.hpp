@@ -57,9 +57,9 @@ inline std::vector<cl::FftBackend> backends_of(const cl::Device& device) {
 }  // namespace raywave::test
 
 /// A test case whose body runs for each device, as `device`; it fails when there is none.
-#define DEVICE_TEST(...) DEVICE_TEST_NAMED(DEVICE_TEST_JOINED(on_device_, __LINE__), __VA_ARGS__)
-#define DEVICE_TEST_JOINED(name, line) DEVICE_TEST_JOINED_TEXT(name, line)
-#define DEVICE_TEST_JOINED_TEXT(name, line) name##line
+#define DEVICE_TEST(...) DEVICE_TEST_NAMED(DEVICE_TEST_JOINED(on_device_, __COUNTER__), __VA_ARGS__)
+#define DEVICE_TEST_JOINED(name, count) DEVICE_TEST_JOINED_TEXT(name, count)
+#define DEVICE_TEST_JOINED_TEXT(name, count) name##count
 #define DEVICE_TEST_NAMED(function, ...)                                                  \
   static void function(const raywave::cl::Device& device);                                \
   TEST_CASE(__VA_ARGS__) {                                                                \

@@ -484,20 +484,29 @@ DEVICE_TEST("a lattice without intersections gives an empty table") {
 }
 
 DEVICE_TEST("the device counts samples as the host does") {
-  INFO(device.info().name);
+  auto info = device.info();
+  INFO(info.name);
+  info.memory_bytes = 16 << 20;
+  const std::size_t band_bytes = info.memory_bytes / 16;
+  const raywave::cl::Device small(info);
   for (const bool is_large : {false, true}) {  // in several bands, or with too few slots at first
     Stage stage;
     stage.scene.hologram = {{192, 160}, {3.74e-6, 3.74e-6}, 638e-9};
-    stage.scene.sampling.pitch_m = is_large ? 1e-6 : 40e-6;
+    stage.scene.sampling.pitch_m = is_large ? 4e-6 : 40e-6;
     if (is_large) stage.scene.sampling.visibility = 4;  // rays take most of the time
     for (int i = 0; i < (is_large ? 1 : 7); ++i)
       stage.add(rectangle({0, 0, 10e-3 + i * 1e-3}, {0.35e-3, 0, 0.2e-3}, {0, 0.35e-3, 0}));
-    const Rig rig(device, stage);
-    SampleTable host(device, rig.plan, rig.arrays, true, Counting::on_host),
-        there(device, rig.plan, rig.arrays, true, Counting::on_device);
+    const Rig rig(small, stage);
+    SampleTable host(small, rig.plan, rig.arrays, true, Counting::on_host),
+        there(small, rig.plan, rig.arrays, true, Counting::on_device);
     for (int round = 0; round < 2; ++round) {
+      if (round == 1) {
+        there.find(rig.plan, rig.arrays);
+        host.find(rig.plan, rig.arrays);
+      }
       REQUIRE(there.count == host.count);
-      CHECK(host.count > (is_large ? 300'000 : 1000));
+      CHECK(host.count > 1000);
+      if (is_large) CHECK(host.count * sizeof(raywave::device::Sample) > 2 * band_bytes);
       CHECK(there.hidden == host.hidden);
       CHECK((there.first_of_row == host.first_of_row));
       CHECK((there.first_profile_of_row == host.first_profile_of_row));
@@ -514,8 +523,6 @@ DEVICE_TEST("the device counts samples as the host does") {
         return bytes;
       };
       CHECK((bytes_of(there) == bytes_of(host)));
-      there.find(rig.plan, rig.arrays);
-      host.find(rig.plan, rig.arrays);
     }
   }
 }
