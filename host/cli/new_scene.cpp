@@ -206,7 +206,9 @@ void run_new(const NewArguments& options) {
     // Lines of a scene that is not written help nobody
     const std::string says = wrong.what(), start = options.out + ":";
     if (!says.starts_with(start)) throw;
-    throw InputError(says.substr(says.find(": ", start.size()) + 2));
+    const auto what = says.substr(says.find(": ", start.size()) + 2);
+    const bool is_of_slm = !options.slm.empty() && !what.starts_with("object");
+    throw InputError((is_of_slm ? options.slm + ": " : "") + what);
   }
   write_text(options.out, text);
   for (const auto& warning : warnings) options.report.note(warning);

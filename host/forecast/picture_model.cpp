@@ -68,8 +68,8 @@ EncodingNoise noise_of(Encoding encoding, double filled) {
 constexpr double haze_in_pupil = 0.0045, haze_begins = 0.365, haze_is_whole = 0.45;
 
 /// The same of refined phases, for each band that a pupil reaches farther, and the share of the
-/// SLM's light that is seen over the picture by one that reaches beyond the band's edges, but not to
-/// its corners. Fitted to a coin and a teapot through pupils of 1.2 to 3.8 mm, within 2.5 dB.
+/// SLM's light that one sees over the picture that reaches beyond the band's edges, but not its
+/// corners. Fitted to a coin and a teapot through pupils of 1.2 to 3.8 mm, within 2.5 dB.
 constexpr double refined_haze = 0.016, refined_haze_begins = 0.27, seen_beyond_edges = 0.23;
 
 /// Share of the error of phases that refinement at the pace of frames leaves.
@@ -558,11 +558,10 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   model.resolution_m = resolution_m;
   model.cone = plan.cone;
   model.encoding = plan.slm.encoding;
-  // All of the band is seen, or phases alone show no brightness, whatever an eyepiece leaves of it
-  model.is_even =
-      glm::any(glm::greaterThan(plan.hologram.largest_sine,
-                                0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m)) ||
-      (plan.slm.encoding == Encoding::phase && !plan.refine);
+  model.sees_band = glm::any(glm::greaterThan(
+      plan.hologram.largest_sine, 0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m));
+  // Phases alone show no brightness, whatever an eyepiece leaves of the band
+  model.is_even = plan.slm.encoding == Encoding::phase && !plan.refine;
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   set_refinement(model, plan);
   model.band_filled = plan.hologram.band_filled;

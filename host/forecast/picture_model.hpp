@@ -54,7 +54,7 @@ struct PictureModel {
   Encoding encoding = Encoding::double_phase;
   double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
   double pupil_reach = 0;  // how far pupils look beside the axis, in bands
-  bool sees_band = false;  // a pupil sees all of the band, with its corners
+  bool sees_band = false;  // all of the band is seen, of a pupil with its corners
   bool is_even = false;    // near the hologram, phases show their even brightness
   double copies = 1;       // what the copies of rows count, where a part of the hologram is lit
   double stopped = 0;      // share of the light that slm.stop cuts off

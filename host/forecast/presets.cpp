@@ -372,8 +372,10 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     auto best = most_accurate(all);
     all = with_frames(std::move(all), shown);
     const auto without = chosen(all, goal);
-    const bool knows_refinement = s.viewer.eyepiece_m || (candidates->plan().extent.near_m > 0 &&
-                                                          !is_near_hologram(candidates->plan()));
+    const auto& unrefined = candidates->plan();
+    const bool knows_refinement =
+        s.viewer.eyepiece_m || (unrefined.extent.near_m > 0 && !is_near_hologram(unrefined) &&
+                                propagation_error_of(unrefined) <= hopeless_error);
     // Refined towards a lens, one frame may do what many refined towards samples take longer for
     const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
     if (knows_refinement && !(is_reached && without.iterations == 0) &&

@@ -205,6 +205,11 @@ private:
         scene_.wrp.propagation == WrpPropagation::automatic && error > most_wrp_error &&
         !samples_ && serves_at_hologram(scene_, plan))
       return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
+    if (scene_.refine && choice.method == Method::wrp && error > hopeless_error)
+      throw InputError(one_line(scene_.file.string()) + ": refine: so near the hologram, " +
+                       "WRPs bring an error of " + percent_text(error) +
+                       " of the field, from which no refinement finds the pictures; without "
+                       "[refine] it is gathered at the hologram, or move the scene farther away");
     return with_more_memory(choice, plan);
   }
 

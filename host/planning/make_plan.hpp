@@ -12,6 +12,10 @@
 
 namespace raywave {
 
+/// Error of the field, over the field, from which refinement does not find its pictures: 11 to 21
+/// dB were measured at 0.66 to 1.06, where 37 and more were predicted.
+inline constexpr double hopeless_error = 0.6;
+
 /// The plan of a scene at its own settings. hologram.tiles "auto" is one tile here, unless virtual
 /// planes need more; fitting_plan knows how many fit into memory.
 ///
@@ -20,8 +24,8 @@ namespace raywave {
 /// moved_from     the plan of the same scene before its objects moved, if any: its tiles and its
 ///                predicted errors, which take long, are kept
 /// throws         InputError when the scene cannot be computed as asked (WRP behind the scene or
-///                through the hologram, more than 1024 WRPs, tiles that would not add up to the
-///                hologram)
+///                through the hologram, refinement of what WRPs bring with a hopeless_error, more
+///                than 1024 WRPs, tiles that would not add up to the hologram)
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
                int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
 

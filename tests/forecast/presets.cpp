@@ -312,6 +312,20 @@ TEST_CASE("a PSNR that no encoding reaches is reached by refinement, at its pric
   CHECK(warns(p, "nothing reaches"));
 }
 
+TEST_CASE("refinement of what WRPs cannot bring is refused, and chosen by no goal") {
+  auto scene =
+      data_scene("teapot.toml", {"hologram.resolution=[1280, 800]", "hologram.pitch=8 um",
+                                 "hologram.wavelength=532 nm", "wrp.grid=auto",
+                                 "object.0.width=2 mm", "object.0.position=[0, 0, '12 mm']"});
+  const auto world = build_world(scene);
+  for (const auto preset : {Preset::draft, Preset::reference})
+    CHECK_FALSE(plan_scene(scene, world, {}, Goal{preset}).scene.refine);
+  scene.refine.emplace();
+  const auto refused = Catch::Contains("no refinement finds the pictures");
+  CHECK_THROWS_WITH(make_plan(scene, world), refused);
+  CHECK_THROWS_WITH(plan_scene(scene, world, {}, Goal{Preset::balanced}), refused);
+}
+
 TEST_CASE("a scene that says refine.iterations = 0 is not refined for a goal") {
   const auto scene = data_scene("teapot.toml", {"refine.iterations=0"});
   const auto world = build_world(scene);
