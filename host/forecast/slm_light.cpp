@@ -88,6 +88,7 @@ void find_shift_beside(const Plan& plan, const FrontView& view,
                        const std::array<Interval, 2>& cycles,
                        const std::vector<double>& wavelengths_m, SlmLight& light) {
   if (plan.extent.near_m < 0 && plan.extent.far_m > 0) return;
+  constexpr double alike = 0.005;  // shares of light that are lost
   double least = most_lost_beside;
   for (int axis = 0; axis < 2; ++axis) {
     const double half_m = plan.window_m()[axis] / 2;
@@ -104,7 +105,10 @@ void find_shift_beside(const Plan& plan, const FrontView& view,
       }
       const double worst = *std::max_element(lost.begin(), lost.end());
       const double so_far = std::abs(light.beside_m.x + light.beside_m.y);  // one of them is zero
-      if (worst > least || (worst == least && so_far > 0 && std::abs(shift_m) >= so_far)) continue;
+      // Rounding decides between two sides in nothing: lasers are given one advice
+      const bool is_shorter = so_far == 0 || std::abs(shift_m) < 0.99 * so_far;
+      if (worst > least + (so_far > 0 ? alike : 0) || (worst > least - alike && !is_shorter))
+        continue;
       least = worst;
       light.beside_m = {0, 0};
       light.beside_m[axis] = shift_m;
