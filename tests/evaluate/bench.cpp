@@ -109,6 +109,7 @@ TEST_CASE("a frame of several lasers is that of all, and its quality that of the
     what.depths_m = {10e-3};
     what.views = false;
     what.lens_points = 3;
+    what.blur_m = blur_of_resolution * c.scenes[0].sampling.pitch_m;
     RenderOptions how;
     how.fft = bench.options().fft;
     const auto seen = assess(device, c.scenes, build_world(c.scenes[0]), how, what);

@@ -294,8 +294,9 @@ BenchQuality Bench::quality_of(const std::vector<Scene>& scenes, const World& wo
   RenderOptions how;
   how.fft = options_.fft;
   const auto plan = make_plan(scenes[0], world);
-  spec.window = quality_window(plan, front_view(scenes[0], world, plan),
-                               blur_of_resolution * scenes[0].sampling.pitch_m);
+  // Figures are compared between scenes whatever their viewer
+  spec.blur_m = blur_of_resolution * scenes[0].sampling.pitch_m;
+  spec.window = quality_window(plan, front_view(scenes[0], world, plan), *spec.blur_m);
   auto& lens = seen_by_lens_[lens_key(scenes, plan.grid, spec.depths_m[0], *spec.window)];
   const auto result =
       assess(cl::Device(device_), scenes, world, std::move(rendered), how, spec, lens);
