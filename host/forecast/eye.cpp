@@ -8,6 +8,7 @@
 #include <numbers>
 
 #include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
 namespace {
