@@ -291,11 +291,6 @@ std::optional<Pupil> Animator::pupil() const {
   return pupils_of(scene().viewer).front();
 }
 
-double Animator::eye_blur_m(double z_m) const {
-  const auto& viewer = scene().viewer;
-  return blur_of_resolution * viewer.resolution_m.value_or(detail_for_eye_m(viewer, z_m));
-}
-
 Camera Animator::camera(int picture) const {
   auto camera = camera_at(scene().animation.value(), picture);
   const auto& first = plan();

@@ -69,8 +69,7 @@ public:
   Camera camera(int picture) const;
   /// That preview.mp4 looks through, behind an eyepiece.
   std::optional<Pupil> pupil() const;
-  /// Standard deviation, at a depth, of what the viewer leaves of a picture's detail.
-  double eye_blur_m(double z_m) const;
+  const ViewerSpec& viewer() const { return scene().viewer; }
   /// Of a hologram as it is stored: turned as the SLM wants it.
   glm::ivec2 stored_size() const;
   /// Holograms of a picture turned so.

@@ -164,7 +164,7 @@ public:
       const auto seen = reconstruct(device_, fft_, shown_field(panel, levels[laser]), spec, what);
       const int longest = std::max(seen.width, seen.height),
                 factor = (longest + longest_side_px - 1) / longest_side_px;
-      const double blur_px = animator_.eye_blur_m(what.z_m) / spec.pitch_m.x / factor;
+      const double blur_px = eye_blur_m(animator_.viewer(), what.z_m) / spec.pitch_m.x / factor;
       light.push_back(in_frame(blurred(averaged(seen, factor), blur_px), Frame::eye));
     }
     if (!colours_) return light;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // raywave new: a first scene for a mesh, which fits before an SLM and plans without a warning.
+#include <algorithm>
+#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -50,8 +52,14 @@ fs::path seen_from(const fs::path& file, const fs::path& folder) {
   return error || near.empty() ? fs::absolute(file) : near;
 }
 
-/// The lines of sections [hologram], [slm], [illumination] and [viewer] of a file; names of files
-/// are made to hold from the scene's folder.
+/// What --slm takes of a file.
+constexpr std::array sections_of_slm{"hologram", "slm", "illumination", "viewer"};
+
+bool is_of_slm(const std::string& name) {
+  return std::ranges::find(sections_of_slm, name) != sections_of_slm.end();
+}
+
+/// The lines of sections_of_slm of a file; names of files are made to hold from the scene's folder.
 ///
 /// throws  InputError where it has none of them, or keys under no section
 std::string copied_sections(const fs::path& slm, const fs::path& folder) {
@@ -70,8 +78,7 @@ std::string copied_sections(const fs::path& slm, const fs::path& folder) {
     std::smatch found;
     if (line.size() < 400 && std::regex_match(line, found, heading)) {
       in_section = true;
-      wanted = found[1] == "hologram" || found[1] == "slm" || found[1] == "illumination" ||
-               found[1] == "viewer";
+      wanted = is_of_slm(found[1]);
     }
     if (const auto first = line.find_first_not_of(" \t\r");
         !in_section && first != std::string::npos && line[first] != '#')
@@ -207,8 +214,8 @@ void run_new(const NewArguments& options) {
     const std::string says = wrong.what(), start = options.out + ":";
     if (!says.starts_with(start)) throw;
     const auto what = says.substr(says.find(": ", start.size()) + 2);
-    const bool is_of_slm = !options.slm.empty() && !what.starts_with("object");
-    throw InputError((is_of_slm ? options.slm + ": " : "") + what);
+    const auto section = what.substr(0, what.find_first_of(":."));
+    throw InputError((is_of_slm(section) && !options.slm.empty() ? options.slm + ": " : "") + what);
   }
   write_text(options.out, text);
   for (const auto& warning : warnings) options.report.note(warning);

@@ -25,9 +25,6 @@
 namespace raywave::cli {
 namespace {
 
-/// The hologram's own plane is shown so close beyond it that no phase differs.
-constexpr double nearest_m = 1e-9;
-
 /// "draft|balanced|accurate|reference", a placeholder from which completion takes the values.
 std::string choices(const auto& names) {
   std::string all;
@@ -241,8 +238,7 @@ std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& vi
   };
   std::vector<double> depths;
   for (const auto& text : z) {
-    double depth_m = depth_of(text);
-    if (std::abs(depth_m) < nearest_m) depth_m = nearest_m;
+    const double depth_m = depth_of(text) + 0.0;  // not -0
     for (std::size_t i = 0; i < depths.size(); ++i) {
       if (const auto name = name_at_depth("", text, depth_m);
           name == name_at_depth("", z[i], depths[i]))
@@ -417,7 +413,7 @@ void note_cut(const ReportOptions& report, const Image& picture,
 std::string name_at_depth(const std::string& stem, const std::string& z, double z_m) {
   if (z.ends_with('D')) return stem + "_" + z;
   std::array<char, 32> depth;
-  std::snprintf(depth.data(), depth.size(), "_%gmm", std::abs(z_m) > nearest_m ? z_m * 1e3 : 0.0);
+  std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);
   return stem + depth.data();
 }
 

@@ -55,9 +55,7 @@ struct ReconstructArguments {
 /// --blur, in pixels: by default what the viewer's eye or lens leaves of a plane's detail.
 double blur_px(const ReconstructArguments& options, const ViewerSpec& viewer, double pitch_m,
                double z_m) {
-  if (options.blur == "eye")
-    return blur_of_resolution * viewer.resolution_m.value_or(detail_for_eye_m(viewer, z_m)) /
-           pitch_m;
+  if (options.blur == "eye") return eye_blur_m(viewer, z_m) / pitch_m;
   const auto blur = parse_blur(options.blur);
   return blur.in_pixels ? blur.value : blur.value / pitch_m;
 }
@@ -110,7 +108,8 @@ void run_reconstruct(const ReconstructArguments& options) {
       }
     }
     note_cut(options.report, light[0], what.window_m);
-    if (const auto [low, high] = std::ranges::minmax(light[0].pixels); high < 1.001F * low)
+    const auto [low, high] = std::ranges::minmax(light[0].pixels);
+    if (z_m == 0 && high < 1.001F * low)
       options.report.note(name +
                           " is evenly bright: light of phases alone has no picture in the "
                           "SLM's own plane, unless slm.stop filters it");

@@ -131,6 +131,14 @@ private:
 
 }  // namespace
 
+std::pair<std::size_t, std::size_t> triangles_of(std::size_t object,
+                                                 std::span<const std::int32_t> triangle_object) {
+  const auto own = std::equal_range(triangle_object.begin(), triangle_object.end(),
+                                    static_cast<std::int32_t>(object));
+  return {static_cast<std::size_t>(own.first - triangle_object.begin()),
+          static_cast<std::size_t>(own.second - own.first)};
+}
+
 RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::vec3> normals,
                  std::span<const glm::uvec3> triangles,
                  std::span<const std::int32_t> triangle_object, std::size_t objects,
@@ -139,13 +147,11 @@ RayTree::RayTree(std::span<const glm::dvec3> positions_m, std::span<const glm::v
   auto& threads = cl::Threads::shared();
   threads.for_each(
       std::min(threads.count(), objects), objects, 1, [&](std::size_t, std::size_t object) {
-        const auto own = std::equal_range(triangle_object.begin(), triangle_object.end(),
-                                          static_cast<std::int32_t>(object));
-        if (own.first == own.second) return;
+        const auto [first, count] = triangles_of(object, triangle_object);
+        if (count == 0) return;
         auto& tree = objects_[object];
-        tree.first_triangle = static_cast<std::size_t>(own.first - triangle_object.begin());
-        const auto corners = triangles.subspan(tree.first_triangle,
-                                               static_cast<std::size_t>(own.second - own.first));
+        tree.first_triangle = first;
+        const auto corners = triangles.subspan(first, count);
         tree.normals.reserve(3 * corners.size());
         for (const auto& triangle : corners)
           for (int corner = 0; corner < 3; ++corner)

@@ -7,6 +7,7 @@
 #include <glm/vec3.hpp>
 #include <optional>
 #include <span>
+#include <utility>
 #include <vector>
 
 #include "host/geometry/bvh.hpp"
@@ -23,6 +24,10 @@ struct RayHit {
   glm::dvec3 face{0};    // normal of the triangle, unit length, as its corners turn
   glm::dvec3 normal{0};  // interpolated, unit length, as the mesh has it
 };
+
+/// First and number of an object's triangles, of which each has its object's number, ascending.
+std::pair<std::size_t, std::size_t> triangles_of(std::size_t object,
+                                                 std::span<const std::int32_t> triangle_object);
 
 /// A tree for each object, as it was placed. Rays are turned to where the object is now.
 class RayTree {

@@ -206,10 +206,10 @@ private:
         !samples_ && serves_at_hologram(scene_, plan))
       return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
     if (scene_.refine && choice.method == Method::wrp && error > hopeless_error)
-      throw InputError(one_line(scene_.file.string()) + ": refine: so near the hologram, " +
-                       "WRPs bring an error of " + percent_text(error) +
-                       " of the field, from which no refinement finds the pictures; without "
-                       "[refine] it is gathered at the hologram, or move the scene farther away");
+      throw InputError(one_line(scene_.file.string()) + ": refine: the field has an error of " +
+                       percent_text(error) +
+                       ", from which no refinement finds the pictures; leave out [refine], without "
+                       "which light near the hologram is gathered there, or move the scene");
     return with_more_memory(choice, plan);
   }
 

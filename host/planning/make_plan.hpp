@@ -24,8 +24,8 @@ inline constexpr double hopeless_error = 0.6;
 /// moved_from     the plan of the same scene before its objects moved, if any: its tiles and its
 ///                predicted errors, which take long, are kept
 /// throws         InputError when the scene cannot be computed as asked (WRP behind the scene or
-///                through the hologram, refinement of what WRPs bring with a hopeless_error, more
-///                than 1024 WRPs, tiles that would not add up to the hologram)
+///                through the hologram, refinement of a field with a hopeless_error, more than
+///                1024 WRPs, tiles that would not add up to the hologram)
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
                int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
 

@@ -266,10 +266,7 @@ InstanceTree Instances::built(const World& world, const Plan& plan, std::size_t 
   std::vector<glm::uvec3> corners;
   std::vector<std::pair<std::size_t, std::span<const glm::uvec3>>> parts;  // object, its triangles
   for (const auto object : objects) {
-    const auto own = std::equal_range(world.triangle_object.begin(), world.triangle_object.end(),
-                                      static_cast<std::int32_t>(object));
-    const auto first = static_cast<std::size_t>(own.first - world.triangle_object.begin()),
-               count = static_cast<std::size_t>(own.second - own.first);
+    const auto [first, count] = triangles_of(object, world.triangle_object);
     if (count == 0) continue;
     parts.emplace_back(object, std::span(world.triangles).subspan(first, count));
     corners.insert(corners.end(), parts.back().second.begin(), parts.back().second.end());

@@ -24,8 +24,11 @@ constexpr double launch_seconds = 0.2;
 
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
-  if (!positive(std::abs(what.z_m)))
-    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
+  constexpr double closest_m = 1e-6;
+  if (!std::isfinite(what.z_m) || std::abs(what.z_m) < closest_m)
+    throw InputError(
+        "z: must not be 0, where a lens in the hologram's plane cannot focus: > 0 is beyond the "
+        "hologram, < 0 on the eye's side");
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
     throw InputError("view: must be two finite numbers");
   if (!positive(what.aperture.x) || !positive(what.aperture.y))
@@ -118,8 +121,6 @@ device::LensPlane lens_plane(const Plan& plan, const DeviceScene& scene, const L
                            1.0 - plan.hologram.largest_sine * plan.hologram.largest_sine));
     lens.reach_x = static_cast<float>(reach_m.x);
     lens.reach_y = static_cast<float>(reach_m.y);
-  } else if (constexpr double closest_m = 1e-6; !what.pupil && std::abs(what.z_m) < closest_m) {
-    throw InputError("z: a lens in the hologram's own plane cannot focus on it; reconstruct can");
   }
   lens.start = static_cast<float>(start_m);
   lens.start_z = static_cast<float>(start_m - plan.extent.origin_m.z);

@@ -12,6 +12,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/common/threads.hpp"
+#include "host/plan/plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/scene/scene.hpp"
 #include "host/view/compare.hpp"
@@ -34,8 +35,7 @@ double unit_of(const FieldStack& hologram) {
 }
 
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
-  if (!positive(std::abs(what.z_m)))
-    throw InputError("z: must not be 0: > 0 is beyond the hologram, < 0 on the eye's side");
+  if (!std::isfinite(what.z_m)) throw InputError("z: must be finite");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
     throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " +
                      std::to_string(hologram.ny) + " samples, " +
@@ -250,6 +250,10 @@ bool lets_through(int i, int n, double centre, double size) {
   return std::abs((2.0 * i + 1) / n - 1 - centre) <= size;
 }
 
+double eye_blur_m(const ViewerSpec& viewer, double z_m) {
+  return blur_of_resolution * viewer.resolution_m.value_or(detail_for_eye_m(viewer, z_m));
+}
+
 glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 hologram_size,
                         glm::dvec2 pitch_m) {
   if (!window_m) return hologram_size;
@@ -267,9 +271,13 @@ glm::ivec2 picture_size(const std::optional<glm::dvec2>& window_m, glm::ivec2 ho
 }
 
 Image reconstruct(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram,
-                  const HologramSpec& spec, const ReconstructSpec& what,
+                  const HologramSpec& spec, const ReconstructSpec& given,
                   const std::function<void(double)>& progress) {
-  check(hologram, spec, what);
+  check(hologram, spec, given);
+  auto what = given;
+  // The hologram's own plane, so close beyond it that no phase differs: propagation divides by z
+  constexpr double nearest_m = 1e-9;
+  if (std::abs(what.z_m) < nearest_m) what.z_m = nearest_m;
   const auto& source = hologram.source;
   const auto window = picture_size(what.window_m, spec.resolution, spec.pitch_m);
   // A direction moves the picture by its tangent times the distance: light comes from beyond the

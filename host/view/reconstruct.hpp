@@ -16,7 +16,8 @@
 namespace raywave {
 
 struct ReconstructSpec {
-  double z_m = 0.1;  // distance of the plane looked at: > 0 beyond the hologram, < 0 before it
+  double z_m = 0.1;  // distance of the plane looked at: > 0 beyond the hologram, < 0 before it,
+                     // 0 its own
   std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right
@@ -26,6 +27,9 @@ struct ReconstructSpec {
   // Of the light of that part, what enters the pupil of an eye; empty: all
   std::optional<Pupil> pupil{};
 };
+
+/// Standard deviation, in the plane z_m, of the Gaussian that leaves what the viewer makes out.
+double eye_blur_m(const ViewerSpec& viewer, double z_m);
 
 /// Samples per side of a picture: the window in whole pitches, rounded to nearest, at least one;
 /// the hologram's when empty.

@@ -243,7 +243,7 @@ def reconstruct(
     field: (ny, nx) or (frames, ny, nx), complex64; or a Hologram, for the light that the SLM leaves
     with its levels. Pictures of several frames are averaged. Of several lasers, give the Hologram:
     each laser then has the power of Hologram.powers.
-    z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, not 0.
+    z: place of the plane, in metres: > 0 beyond the hologram, < 0 on the eye's side, 0 its own.
     view: centre of the part of the hologram that lets light through, in half holograms: the
     position of the eye. aperture: size of that part in holograms, one number or (x, y).
     pupil: of an eye that is looked through: "3mm", "3mm@1mm,0", "scene" or "none", as `--pupil` of

@@ -475,6 +475,8 @@ TEST_CASE("an unknown name is answered with the nearest one that exists") {
   check_refused(desk.render({"--preest=draft"}), 2, "did you mean --preset?");
   check_refused(desk.run({"render", desk.file("scene.toml"), "--ouput", desk.file("out")}), 2,
                 "did you mean --output?");
+  check_refused(desk.run({"lens", desk.file("scene.toml"), "-z", "0mm", "-o", desk.file("out")}), 2,
+                "where a lens in the hologram's plane cannot focus");
   check_refused(desk.run({"lens", desk.file("scene.toml"), "--lens", "3"}), 2,
                 "did you mean --lens-points?");
   CHECK_FALSE(desk.has_output());

@@ -56,6 +56,17 @@ TEST_CASE("near-eye scenes are judged by the pupil: no steep light, no replicas,
   CHECK(warns(far, "beyond infinity: no eye sees this sharp"));
   const auto wide = planned(data_scene("near_eye.toml", {"viewer.pupil=6 mm"}));
   CHECK(warns(wide, "replicas"));
+  // The corners of the eyebox lie on a circle of 9.832 mm
+  CHECK_FALSE(warns(
+      planned(data_scene("near_eye.toml", {"viewer.pupil=9.7 mm", "viewer.pupil_position=[0, 0]"})),
+      "evenly bright"));
+  CHECK(warns(
+      planned(data_scene("near_eye.toml", {"viewer.pupil=9.9 mm", "viewer.pupil_position=[0, 0]"})),
+      "evenly bright"));
+  CHECK_FALSE(warns(
+      planned(data_scene("near_eye.toml",
+                         {"viewer.pupil=9.9 mm", "viewer.pupil_position=[0, 0]", "slm.stop=0.5"})),
+      "evenly bright"));
   const auto dots = planned(data_scene("near_eye.toml", {"sampling.pitch=60 um"}));
   CHECK(warns(dots, "shows single dots"));
   CHECK_FALSE(planned(data_scene("teapot.toml")).prediction.eye);

@@ -168,6 +168,15 @@ TEST_CASE("the shift that a warning gives moves the picture beside the zero orde
   }
 }
 
+TEST_CASE("which side a shift is advised to does not hang on a thousandth of the picture") {
+  const auto side = [](double y_m) {
+    const auto shift_m = planned({}, {0, y_m}, 1).prediction.slm_light.beside_m;
+    CHECK(shift_m.y != 0);
+    return std::signbit(shift_m.y);
+  };
+  CHECK(side(2e-3 * mm) == side(-2e-3 * mm));
+}
+
 /// Share of the light that pixels show that a shift along the axis makes too steep, by points.
 double lost_by_points(double half_side_m, double half_m, double shift_m, double wavelength_m) {
   constexpr int steps = 400;

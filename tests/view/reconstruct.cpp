@@ -153,13 +153,28 @@ DEVICE_TEST("parts of a window that no light reaches are black") {
   CHECK(image.pixels[image.pixels.size() / 2 + image.width / 2] > 0);
 }
 
+DEVICE_TEST("a picture in the hologram's own plane is its light, sample for sample") {
+  const HologramSpec h{{32, 24}, {10 * um, 10 * um}, 638e-9};
+  auto hologram = point_hologram(h, {0.04 * mm, -0.02 * mm, 2 * mm});
+  for (std::size_t i = 0; i < hologram.samples.size(); ++i)
+    hologram.samples[i] *= static_cast<float>(1 + i % 7);
+  const auto image = reconstruct(device, host, hologram, h, {.z_m = 0});
+  double light = 0, shown = 0, apart = 0;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i) light += std::norm(hologram.samples[i]);
+  for (const auto pixel : image.pixels) shown += pixel;
+  for (std::size_t i = 0; i < image.pixels.size(); ++i)
+    apart =
+        std::max(apart, std::abs(image.pixels[i] / shown - std::norm(hologram.samples[i]) / light));
+  CHECK(apart * static_cast<double>(image.pixels.size()) < 1e-3);
+}
+
 DEVICE_TEST("impossible reconstructions are refused") {
   const HologramSpec h{{8, 8}, {4 * um, 4 * um}, 638e-9};
   const auto hologram = point_hologram(h, {0, 0, 1 * mm});
   const auto refused = [&](const ReconstructSpec& what) {
     CHECK_THROWS_AS(reconstruct(device, host, hologram, h, what), InputError);
   };
-  ReconstructSpec what{.z_m = 0};
+  ReconstructSpec what{.z_m = std::nan("")};
   refused(what);
   what = {};
   what.window_m = glm::dvec2(1e6, 1e6);
