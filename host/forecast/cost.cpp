@@ -250,9 +250,6 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                more_sheets = std::max(0.0, sheets - 1),
                masks = std::pow(plan.samples.visibility_parts / 8.0, 2),
                parts = plan.samples.antialias * plan.samples.antialias;
-  const bool differ =
-      plan.lighting.shadows || plan.lighting.textures > 0 ||
-      std::any_of(plan.lighting.lights.begin(), plan.lighting.lights.end(), has_size);
   double rays = ray_of_cell * plan.lattice.size.x * plan.lattice.size.y +
                 samples * (rays_of_sample + rays_of_sheet * more_sheets);
   if (knows_breaks(world, plan)) {
@@ -272,7 +269,7 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
   rays += samples_of_a_cell * (rays_of_mirror * view.specular + rays_of_segment * view.segments +
                                rays_of_lost_segment * view.lost + rays_of_path * to_parts);
   work.rays += descent * rays + levels_of_picture;
-  if (differ) work.rays += levels_of_part * parts * samples;
+  if (shades_parts(plan, world.triangles.size())) work.rays += levels_of_part * parts * samples;
   if (plan.lighting.shadows)
     work.shadow_rays =
         (1 + parts) * samples_of_a_cell *

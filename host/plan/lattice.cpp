@@ -14,6 +14,10 @@
 namespace raywave {
 namespace {
 
+std::size_t cells_of(const LatticePlan& lattice) {
+  return static_cast<std::size_t>(lattice.size.x) * static_cast<std::size_t>(lattice.size.y);
+}
+
 constexpr double largest_lattice = 1 << 28;  // cells
 
 /// Cells from the axis: floats count no farther and still tell places within a cell.
@@ -166,8 +170,15 @@ double ray_bias_m(const World& world, const Plan& plan) {
 
 bool breaks_pay(const LatticePlan& lattice, std::size_t triangles) {
   constexpr std::size_t most_of_a_cell = 16;
-  return triangles <= most_of_a_cell * static_cast<std::size_t>(lattice.size.x) *
-                          static_cast<std::size_t>(lattice.size.y);
+  return triangles <= most_of_a_cell * cells_of(lattice);
+}
+
+bool shades_parts(const Plan& plan, std::size_t triangles) {
+  constexpr std::size_t few_of_a_cell = 3;
+  const auto& lighting = plan.lighting;
+  return lighting.shadows || lighting.textures > 0 ||
+         std::any_of(lighting.lights.begin(), lighting.lights.end(), has_size) ||
+         triangles > few_of_a_cell * cells_of(plan.lattice);
 }
 
 }  // namespace raywave

@@ -7,6 +7,7 @@
 #include <optional>
 
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/reference/looks.hpp"
 
 namespace raywave::reference {
@@ -169,9 +170,7 @@ private:
 
   /// Adds the sample of a layer, and takes the layer's meetings from the parts.
   void add(const Meeting& layer, dvec2 off) {
-    const bool shaded = rig_.arrays.options.at(option::textures) != "0" ||
-                        rig_.arrays.options.at(option::shadows) != "0" ||
-                        rig_.arrays.options.at(option::light_places) != "1";
+    const bool shaded = shades_parts(rig_.plan, rig_.triangles.size());
     int covered = 0;
     double light = 0, area = 0, nearness = 0, dark_nearness = 0;
     dvec3 colours(0);

@@ -79,13 +79,15 @@ void grow(const cl::Device& device, cl::Buffer<T>& buffer, std::size_t kept, std
   buffer = std::move(larger);
 }
 
-cl::Options options_of(const Plan& plan, const DeviceScene& scene) {
+}  // namespace
+
+cl::Options sample_options(const Plan& plan, const DeviceScene& scene) {
+  const bool parts_differ = shades_parts(plan, scene.tree.triangles.size());
   return cl::with(scene.options,
                   {{option::antialias, std::to_string(plan.samples.antialias)},
+                   {option::parts_differ, parts_differ ? "1" : "0"},
                    {option::visibility_parts, std::to_string(plan.samples.visibility_parts)}});
 }
-
-}  // namespace
 
 Breaks::Breaks(const cl::Device& device, const DeviceScene& scene)
     : cells(device, 1, "breaks of surfaces"),
@@ -121,15 +123,15 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
       keep_unseen_(keep_unseen),
       parts_of_cell_(static_cast<std::size_t>(plan.samples.antialias * plan.samples.antialias)),
       device_(device),
-      program_(device, "kernels/samples/samples.cl", options_of(plan, scene)),
+      program_(device, "kernels/samples/samples.cl", sample_options(plan, scene)),
       find_samples_(program_.kernel("find_samples")),
       pack_samples_(program_.kernel("pack_samples")),
       breaks_(device, scene) {
   if (lanes_for(device.info()) == 1)
-    apart_.emplace(device, program_, options_of(plan, scene), plan.samples.antialias);
+    apart_.emplace(device, program_, sample_options(plan, scene), plan.samples.antialias);
   if (plan.hologram.colour) show_laser_.emplace(program_.kernel("show_laser"));
   if (plan.has_specular_samples())
-    specular_.emplace(device, cl::with(options_of(plan, scene),
+    specular_.emplace(device, cl::with(sample_options(plan, scene),
                                        {{option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
   else if (counting.value_or(counting_of(device.info())) == Counting::on_device)
     on_device_.emplace(device);

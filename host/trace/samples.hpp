@@ -40,6 +40,9 @@ private:
   cl::Buffer<std::int32_t> faces_;
 };
 
+/// Options of the kernels that find samples: plans and scenes with equal ones share them.
+cl::Options sample_options(const Plan& plan, const DeviceScene& scene);
+
 /// The points where the rays of a lattice from the hologram's centre intersect the scene. Every
 /// surface along a ray gives a sample: closed meshes on their outside, open meshes on both sides.
 /// The samples do not depend on how a surface is divided into triangles.

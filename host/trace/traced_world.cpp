@@ -32,8 +32,7 @@ void TracedWorld::prepare(const World& world, const Plan& plan, bool has_stayed,
   require_rays(plan);
   place(world, plan, has_stayed);
   const StageClock clock(times_, "samples");
-  const TableKey key{plan.specular.as, plan.samples.antialias, plan.samples.visibility_parts,
-                     scene_->options};
+  const TableKey key{plan.specular.as, sample_options(plan, *scene_)};
   if (!plan.samples.aimed) {
     table_ = nullptr;
   } else if (!table_ || key != built_for_) {

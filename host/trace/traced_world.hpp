@@ -4,7 +4,7 @@
 
 #include <functional>
 #include <memory>
-#include <tuple>
+#include <utility>
 
 #include "cl/program.hpp"
 #include "host/common/stage_clock.hpp"
@@ -37,7 +37,7 @@ private:
   void place(const World& world, const Plan& plan, bool has_stayed);
 
   /// Plans with equal keys share the kernels that find samples.
-  using TableKey = std::tuple<Bounces, int, int, cl::Options>;
+  using TableKey = std::pair<Bounces, cl::Options>;
 
   cl::Device device_;
   StageTimes& times_;

@@ -80,21 +80,73 @@ typedef struct {
 #define OCCLUDER_CACHES 4
 
 #if RAYWAVE_ANTIALIAS
-// The light of the parts of a cell that a surface layer covers, as the mean in `radiance`, and the
-// sample moved to its centroid.
+#if RAYWAVE_HIGHLIGHTS > 0
+// Sums over the parts of a cell, weighted with what they mirror. Differences from the sample's
+// normal keep the spread of a flat surface's normals at 0, which sharp highlights need.
+typedef struct {
+  float x, y, z, squared;  // of the normals' differences
+  float shininess;
+  float specular[RAYWAVE_COLOURS], all;
+} Gloss;
+
+static inline void add_gloss(const Surface* part, intv found, const Sample* sample, Gloss* gloss) {
+  floatv weight = 0.0f;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    const floatv specular = LANES_SELECT((floatv)(0.0f), part->specular[k], found);
+    weight += specular;
+    gloss->specular[k] += lanes_float_sum(specular);
+  }
+  const floatv x = part->nx - sample->nx, y = part->ny - sample->ny, z = part->nz - sample->nz;
+  gloss->x += lanes_float_sum(weight * x);
+  gloss->y += lanes_float_sum(weight * y);
+  gloss->z += lanes_float_sum(weight * z);
+  gloss->squared += lanes_float_sum(weight * (x * x + y * y + z * z));
+  gloss->shininess += lanes_float_sum(weight * part->shininess);
+  gloss->all += lanes_float_sum(weight);
+}
+
+// The highlight of all parts: about their mean normal, and wider and fainter as their normals
+// spread. The spread adds to the lobe's variance, and mirrored light turns twice as far as the
+// normal (Toksvig, Mipmapping normal maps, 2005).
+static inline void set_highlight(const Gloss* gloss, int covered, float* specular, Sample* sample) {
+  float widened = 0.0f;
+  if (gloss->all > 0.0f) {
+    const float x = gloss->x / gloss->all, y = gloss->y / gloss->all, z = gloss->z / gloss->all;
+    const float spread = fmax(gloss->squared / gloss->all - (x * x + y * y + z * z), 0.0f);
+    const float3 normal = normalize((float3)(sample->nx + x, sample->ny + y, sample->nz + z));
+    sample->nx = normal.x;
+    sample->ny = normal.y;
+    sample->nz = normal.z;
+    sample->shininess = gloss->shininess / gloss->all;
+    widened = 1.0f / (1.0f + 2.0f * sample->shininess * spread);
+    sample->shininess *= widened;
+  }
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+    specular[k] = gloss->specular[k] / (float)covered * widened;
+}
+#endif
+
+// The light of the parts of a cell that a surface layer covers, as means in `radiance` and
+// `specular`, and the sample moved to its centroid.
 static inline void light_of_parts(const SceneArrays* scene, const Lattice* lattice, int column,
                                   int row, const Hit* hit, float dx, float dy, const Hits* parts,
-                                  int covered, const Cell* cell, float* radiance, Sample* sample) {
+                                  int covered, const Cell* cell, float* radiance, float* specular,
+                                  Sample* sample) {
   // Sums over all colours: the sample is at the same place for each laser
   floatv lights[PACKETS];
   float sums[RAYWAVE_COLOURS];
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) sums[k] = 0.0f;
+#if RAYWAVE_PARTS_DIFFER && RAYWAVE_HIGHLIGHTS > 0
+  Gloss gloss;
+  gloss.x = gloss.y = gloss.z = gloss.squared = gloss.shininess = gloss.all = 0.0f;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) gloss.specular[k] = 0.0f;
+#endif
   for (int packet = 0; packet < PACKETS; ++packet) {
     const intv found = parts[packet].triangle >= 0;
     Radiance of_parts;
     for (int k = 0; k < RAYWAVE_COLOURS; ++k) of_parts.of[k] = radiance[k];
     lights[packet] = sum_of_colours(&of_parts);
-#if PARTS_DIFFER
+#if RAYWAVE_PARTS_DIFFER
     if (!LANES_ANY(found)) continue;
     const Rays rays = part_rays(lattice, cell->packet_column, row, packet, found);
     Surface part = surface_at(scene, &rays, parts + packet);
@@ -102,6 +154,9 @@ static inline void light_of_parts(const SceneArrays* scene, const Lattice* latti
     uintv unused[LIT_WORDS];
     of_parts = scattered(scene, &part, lattice, RAYWAVE_ANTIALIAS == 4, found, unused);
     lights[packet] = sum_of_colours(&of_parts);
+#if RAYWAVE_HIGHLIGHTS > 0
+    add_gloss(&part, found, sample, &gloss);
+#endif
 #endif
     for (int k = 0; k < RAYWAVE_COLOURS; ++k)
       sums[k] += lanes_float_sum(LANES_SELECT((floatv)(0.0f), of_parts.of[k], found));
@@ -111,6 +166,11 @@ static inline void light_of_parts(const SceneArrays* scene, const Lattice* latti
     radiance[k] = sums[k] / (float)covered;
     light += sums[k];
   }
+#if RAYWAVE_PARTS_DIFFER && RAYWAVE_HIGHLIGHTS > 0
+  set_highlight(&gloss, covered, specular, sample);
+#else
+  (void)specular;
+#endif
   const Centroid centroid = centroid_of(lattice, parts, lights, light, covered, hit->t);
   move_to_centroid(lattice, &centroid, ((float)(lattice->first_x + column) + 0.5f) * lattice->step,
                    ((float)(lattice->first_y + row) + 0.5f) * lattice->step, dx, dy, hit->t,
@@ -121,7 +181,7 @@ static inline void light_of_parts(const SceneArrays* scene, const Lattice* latti
 // Adds the sample of a layer, found by `hit` of the ray with tangents (dx, dy). A sample stands for
 // its whole cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges
 // of objects, textures and shadows would move by up to half a cell. It shines from the centroid of
-// their light; its normal, its visibility and the lights of its highlights are those of `hit`.
+// their light; its visibility and the lights of its highlights are those of `hit`.
 //
 // seen    result of look_around_centres for samples of the centre ray, else SEEN_UNKNOWN
 // shaded  its lane `lane` is of this hit
@@ -183,21 +243,24 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   sample.nz = shaded->nz[lane];
 #endif
 
-  float radiance[RAYWAVE_COLOURS];
-  for (int k = 0; k < RAYWAVE_COLOURS; ++k) radiance[k] = shaded->radiance[k][lane];
+  float radiance[RAYWAVE_COLOURS], specular[RAYWAVE_COLOURS];
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
+    radiance[k] = shaded->radiance[k][lane];
+    specular[k] = shaded->specular[k][lane];
+  }
+  sample.shininess = shaded->shininess[lane];
 #if RAYWAVE_ANTIALIAS
   // Parts that differ in coverage only are not shaded.
-  if (PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS)
+  if (RAYWAVE_PARTS_DIFFER ? covered > 0 : covered > 0 && covered < PARTS)
     light_of_parts(scene, lattice, column, row, hit, dx, dy, parts, covered, cell, radiance,
-                   &sample);
+                   specular, &sample);
 #else
   (void)parts;
 #endif
   const float own = (RAYWAVE_ANTIALIAS ? (float)covered / (float)PARTS : 1.0f) * shaded->own[lane];
   sample.weight = fabs(sample.z - lattice->eye_z) / lattice->full_z;
   sample.radiance = radiance[0] * own;
-  sample.specular = shaded->specular[0][lane] * own;
-  sample.shininess = shaded->shininess[lane];
+  sample.specular = specular[0] * own;
   sample.triangle = hit->triangle;
   sample.key = keys[0];
   sample.profile = 0;
@@ -221,7 +284,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
 #if RAYWAVE_COLOURS > 1
   for (int k = 0; k < RAYWAVE_COLOURS; ++k) {
     cell->colours[slot * SAMPLE_COLOURS + k] = radiance[k] * own;
-    cell->colours[slot * SAMPLE_COLOURS + RAYWAVE_COLOURS + k] = shaded->specular[k][lane] * own;
+    cell->colours[slot * SAMPLE_COLOURS + RAYWAVE_COLOURS + k] = specular[k] * own;
   }
 #endif
   for (int w = 0; w < VISIBILITY_WORDS; ++w)

@@ -69,7 +69,7 @@ CALLED void look_at_parts(const SceneArrays* scene, const Lattice* lattice, int 
 #if RAYWAVE_LANES == 1
 // Whether trace_parts traces the rays through the parts of a cell.
 static inline bool traced_ahead(const Lattice* lattice, const Breaks* breaks, int column, int row) {
-#if PARTS_DIFFER
+#if RAYWAVE_PARTS_DIFFER
   (void)lattice, (void)breaks, (void)column, (void)row;
   return true;
 #else
@@ -96,12 +96,12 @@ CALLED void find_whole_cells(const SceneArrays* scene, const Lattice* lattice, c
   LANES_STORE(twice, doubtful);
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
     whole[lane] = 0;
-#if !PARTS_DIFFER
+#if !RAYWAVE_PARTS_DIFFER
     whole[lane] =
         !doubtful[lane] && unbroken_cell(lattice, breaks, min(first + lane, lattice->nx - 1), row);
 #endif
   }
-#if RAYWAVE_ANTIALIAS == 4 && RAYWAVE_LANES >= 8 && !PARTS_DIFFER
+#if RAYWAVE_ANTIALIAS == 4 && RAYWAVE_LANES >= 8 && !RAYWAVE_PARTS_DIFFER
   const float across[16] = {0, 3, 0, 3, 1, 2, 1, 2, 0, 3, 0, 3, 1, 2, 1, 2};
   const float up[16] = {0, 0, 3, 3, 2, 1, 0, 3, 0, 0, 3, 3, 2, 1, 0, 3};
   const floatv right = (0.5f + LANES_LOAD(across)) * 0.25f,

@@ -10,9 +10,6 @@
 #define SAMPLE_COLOURS (2 * RAYWAVE_COLOURS)
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
 
-// 1: the parts of a cell differ in more than coverage, so that all of them are traced.
-#define PARTS_DIFFER (RAYWAVE_TEXTURES || RAYWAVE_SHADOWS || RAYWAVE_LIGHT_PLACES > 1)
-
 // Radiance without highlights. words: the mask of the lights that it comes from, where not together
 // (share_of_light).
 static inline Radiance scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
