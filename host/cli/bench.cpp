@@ -13,6 +13,8 @@
 #include "host/common/error.hpp"
 #include "host/common/npy.hpp"
 #include "host/common/text.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/forecast/tuning.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -21,6 +23,7 @@ namespace fs = std::filesystem;
 
 struct BenchArguments {
   SceneOptions scene;
+  GoalOptions goal;
   std::string suite, only, data, peers;
   DeviceOptions device;
   ReportOptions report;
@@ -48,9 +51,16 @@ BenchSuite suite_of(const BenchArguments& options, const cl::DeviceInfo& device)
     BenchCase one;
     one.group = "scene";
     one.scenes = options.scene.load_all(options.report);
+    if (const auto goal = options.goal.goal(); goal.any()) {
+      const auto planned =
+          plan_scenes(one.scenes, build_world(one.scenes[0]), figures_of(device), goal);
+      for (std::size_t i = 0; i < planned.size(); ++i) one.scenes[i] = planned[i].scene;
+    }
     one.name = one_line(fs::path(options.scene.file).stem().string());
     return {"scene", {one}, {}, {}};
   }
+  if (options.goal.goal().any())
+    throw InputError("goals are for a scene: raywave bench SCENE, in place of a suite");
   const auto name = !options.suite.empty()               ? options.suite
                     : device.kind == cl::DeviceKind::gpu ? "gpu"
                                                          : "cpu";
@@ -131,6 +141,7 @@ void add_bench(CLI::App& app) {
                               "build/raywave bench --quick --only \"1 WRP\"");
   auto options = std::make_shared<BenchArguments>();
   options->scene.add_to(*command, "Scene file (TOML), in place of a suite");
+  options->goal.add_to(*command);
   option(*command, "--suite", options->suite, "cpu|gpu|paper|scaling", group::measurement,
          "cpu or gpu, by device, when not given");
   add_only(*command, options->only, "\"1 WRP\"");

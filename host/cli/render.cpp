@@ -30,6 +30,7 @@
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/first_call.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/plan/lattice.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
 
@@ -47,9 +48,9 @@ struct RenderArguments {
   bool save_wrps = false, no_field = false, rgb = false;
 };
 
-/// " over 2 virtual planes"
+/// " over 2 virtual planes"; empty: no planes
 std::string planes_text(const Plan& plan, Method method) {
-  if (method != Method::wrp) return "";
+  if (method != Method::wrp || is_near_hologram(plan)) return "";
   const auto count = plan.wrps.size();
   return " over " + std::to_string(count) + " " + plane_name(plan) + (count == 1 ? "" : "s");
 }

@@ -159,10 +159,11 @@ void add_scene(const Scene& scene, const World& world, const Plan& plan, Rows& o
 }
 
 void add_eye(const Scene& scene, const EyeView& eye, Rows& out) {
-  out << "eye       a pupil of " << mm(eye.pupil.diameter_m) << " sees "
-      << number(eye.acuity * 180 * 60 / std::numbers::pi) << " arc minutes, sharp within +-"
-      << number(eye.sharp()) << " D (of acuity " << number(eye.sharp_by_acuity)
-      << ", of a quarter wave " << number(eye.sharp_by_wave) << ")";
+  const auto acuity = number(eye.acuity * 180 * 60 / std::numbers::pi);
+  out << "eye       a pupil of " << mm(eye.pupil.diameter_m) << " sees " << acuity << " arc minute"
+      << (acuity == "1" ? "" : "s") << ", sharp within +-" << number(eye.sharp())
+      << " D (of acuity " << number(eye.sharp_by_acuity) << ", of a quarter wave "
+      << number(eye.sharp_by_wave) << ")";
   if (scene.viewer.eyepiece_m)
     out << "; eyebox " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y)
         << ", undiffracted light around (" << mm(eye.zero_order_m.x) << ", "

@@ -109,7 +109,7 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
                              glm::dvec2(eye.pupil.diameter_m / 2 / std::abs(eye.pupil.b_m))));
   if (const double lost = 1 - best->light; lost > least_missing)
     warnings.push_back(
-        percent_text(lost) + " of the light to the pupil is missing: " +
+        percent_text(lost) + " of the pupil gets none of the scene's light: " +
         (is_narrowed ? "about the axis half of the band alone is lit, which keeps the picture "
                        "apart from what the encoding throws aside"
                      : "it passes beside the hologram, or is steeper than its pixels can show") +

@@ -690,7 +690,11 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     const double fallen_here = row.fallen * (prediction.refined ? 0.5 : 1);
     const double stop_here = stop_factor * row.light * model.stopped;
     const bool is_refined = model.refined_depths > 0;
-    prediction.field_psnr_db += decibels(field) / rows;
+    // Whatever resembles nothing is matched by a dark picture, for brightness is free
+    const auto psnr = [&](double error) {
+      return decibels(std::min(row.light > 0 ? row.light : 1.0, error));
+    };
+    prediction.field_psnr_db += psnr(field) / rows;
     // Refined phases have errors of their own: of light, where light is missing, at edges
     const double of_phases =
         haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
@@ -702,7 +706,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
         is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
     const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
     prediction.psnr_db.push_back(
-        decibels(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));
+        psnr(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));
     prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
     prediction.encoding += of_phases;
     prediction.stop += stop_here;

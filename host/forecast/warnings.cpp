@@ -26,6 +26,9 @@ constexpr double least_loss = 0.005;
 /// Up to 6 evenly spread levels put less into the wanted wave.
 constexpr double least_wanted_share = 0.92;
 
+/// Young eyes focus up to 10 D.
+constexpr double nearest_focus_m = 0.1;
+
 /// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
 constexpr double least_image_loss = 0.05;
 
@@ -91,7 +94,7 @@ std::string lost_text(const std::vector<double>& lost, const std::vector<double>
 /// What the stop cuts off, and undiffracted light in the picture.
 template <class Warn>
 void warn_of_slm(const SlmLight& light, const std::vector<double>& wavelengths_m,
-                 const Warn& warn) {
+                 bool has_no_zero_order, const Warn& warn) {
   const bool is_one = wavelengths_m.size() == 1;
   const auto up = [](double share) { return number_text(std::ceil(share * 100) / 100); };
   if (const double lost = 1 - light.through_stop; lost > least_loss)
@@ -99,7 +102,7 @@ void warn_of_slm(const SlmLight& light, const std::vector<double>& wavelengths_m
          " of the light that the pixels can show is cut off by slm.stop: slm.stop [" +
          up(light.open_stop.x) + ", " + up(light.open_stop.y) +
          "] passes all of it; a scene closer to the axis or farther away needs less");
-  if (light.on_picture == 0 || light.zero_order_stopped) return;
+  if (light.on_picture == 0 || light.zero_order_stopped || has_no_zero_order) return;
   const auto& size_m = light.zero_order_size_m;
   const std::string place = light.zero_order_m == glm::dvec2(0)
                                 ? "the axis"
@@ -180,7 +183,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : image_warnings(plan)) warn(warning);
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);
-  warn_of_slm(slm_light, wavelengths_m, warn);
+  // A user who gives 0 says that nothing is left undiffracted
+  warn_of_slm(slm_light, wavelengths_m,
+              plan.slm.undiffracted == 0 && scene.given.contains("slm.undiffracted"), warn);
   if (const double share = wanted_share_of_levels(plan.slm); share < least_wanted_share) {
     const auto& slm = plan.slm;
     const std::string cause = slm.levels < grey_levels_of(slm) ? "slm.levels"
@@ -213,11 +218,18 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(
         "so near to the SLM, light that double phase throws aside lies over the picture: optics "
         "whose aperture passes half the band, slm.stop = 0.5, keep it out");
-  if (const auto& viewer = scene.viewer;
-      !viewer.eyepiece_m && plan.extent.near_m < -viewer.distance_m)
-    warn("the picture reaches to " + length_text(plan.extent.near_m) +
-         ", behind the viewer's eye: give a viewer.distance of more than " +
-         length_text(-plan.extent.near_m));
+  if (const auto& viewer = scene.viewer; !viewer.eyepiece_m) {
+    const double nearest_m = viewer.distance_m + plan.extent.near_m;
+    if (nearest_m < 0)
+      warn("the picture reaches to " + length_text(plan.extent.near_m) +
+           ", behind the viewer's eye: give a viewer.distance of more than " +
+           length_text(-plan.extent.near_m));
+    else if (nearest_m < nearest_focus_m)
+      warn("the picture reaches to " + length_text(std::round(nearest_m * 1e4) / 1e4) +
+           " before the viewer's eye, nearer than eyes focus: a viewer.distance of " +
+           length_text(std::ceil((nearest_focus_m - plan.extent.near_m) * 1e2) / 1e2) +
+           " is seen sharp");
+  }
   for (int axis = 0; axis < 2; ++axis) {
     const double period = shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
                               plan.hologram.pitch_m[axis] +
@@ -242,7 +254,13 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
-  if (p > 1.05 * resolution_m)
+  const auto size_m = world.max_m - world.min_m;
+  if (std::max(size_m.x, size_m.y) < resolution_m)
+    warn("the scene is " + length_text(size_m.x) + " x " + length_text(size_m.y) +
+         ", smaller than the " + detail(resolution_m) +
+         " that the viewer makes out, and looks like a dot: check the units of object.width and "
+         "position");
+  else if (p > 1.05 * resolution_m)
     warn("sampling.pitch " + length_text(p) + " shows single dots: the viewer makes out " +
          detail(resolution_m) + "; a smaller one closes the surfaces, or " +
          (is_default_pitch ? "" : "sampling.pitch = \"auto\" and ") + "--preset balanced");

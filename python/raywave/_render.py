@@ -216,11 +216,14 @@ class Hologram:
         """The report.json of `raywave render`: effective scene, plan, device, seconds, memory."""
         return dict(json.loads(self._core.report()))
 
-    def for_slm(self, frame: int = 0) -> LevelArray:
-        """One frame as the SLM is sent it: turned by slm.rotate, then flipped. uint8. Raises
-        InputError for several lasers: ask one of `lasers`.
+    def for_slm(self, frame: int | None = None) -> LevelArray:
+        """One frame as the SLM is sent it: turned by slm.rotate, then flipped, uint8. All of them,
+        (frames, ny, nx), where there are several and no `frame` is named. Raises InputError for
+        several lasers: ask one of `lasers`.
         """
-        frame = _whole(frame, "frame", 0, self.frames - 1)
+        if frame is None and self.frames > 1:
+            return np.stack([self.for_slm(i) for i in range(self.frames)])
+        frame = _whole(0 if frame is None else frame, "frame", 0, self.frames - 1)
         result: LevelArray = self._core.for_slm(frame)
         return result
 

@@ -54,7 +54,8 @@ BAD = [
     (("render", "lens", "reconstruct", "refine", "refine a field"), "progress", FUNCTION),
     (("lens", "preview"), "scene", (None, "scene.toml", {})),
     (("lens",), "points", (*WHOLE, 0, 4097)),
-    (("lens", "reconstruct"), "z", (*REAL, 0, None)),
+    (("lens",), "z", (*REAL, 0, None)),
+    (("reconstruct",), "z", (*REAL, None)),
     (("preview",), "z", (*REAL, 0)),
     (("lens", "preview", "reconstruct"), "view", PAIR),
     (("lens", "reconstruct"), "aperture", (*PAIR, 0)),
@@ -120,6 +121,7 @@ def test_whole_numbers_of_numpy_are_whole_numbers(integer):
     renderer.set_pose(integer(0), (0, 0, 0.01))
     renderer.set_seed(integer(3))
     assert np.array_equal(renderer.render().for_slm(integer(1)), renderer.render().levels[1])
+    assert np.array_equal(renderer.render().for_slm(), renderer.render().levels)
     region = tuple(integer(v) for v in (1, 1, 4, 4))
     assert rw.compare(PICTURE, PICTURE, border=integer(1), region=region).contrast_a > 0
 
@@ -129,7 +131,7 @@ def test_methods_refuse_what_is_no_whole_number_in_range(tmp_path):
     renderer = rw.Renderer(rw.Scene(square_values()))
     pose = ((0, 0, 0.01),)
     for call, name in [
-        (lambda bad: holo.for_slm(bad), "frame"),
+        (lambda bad: holo.for_slm("all" if bad is None else bad), "frame"),
         (lambda bad: holo.save(tmp_path / "hologram.png", bad), "frame"),
         (lambda bad: renderer.set_pose(bad, *pose), "object"),
         (lambda bad: renderer.set_seed(bad), "seed"),

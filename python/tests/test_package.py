@@ -125,7 +125,7 @@ def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
         "image = rw.reconstruct(holo, z=0.1)\n"
         "print(rw.compare(rw.lens(scene, z=0.1, points=2), image, blur=4))\n"
         "print(rw.quality(holo, views=False, lens_points=2))\n"
-        "assert holo.for_slm().shape == (120, 160)\n"
+        "assert holo.for_slm().shape == (2, 120, 160)\n"
         "holo.save('hologram.png')\n",
         cwd=tmp_path)
     assert "hologram  160 x 120 pixels" in shown and "psnr_db" in shown and "PSNR, dB" in shown

@@ -127,7 +127,7 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
       {"refine", scene, "-z", "10mm", "-o", desk.file("refined"), "--no-table", "--json"},
       {"quality", scene, "-z", "10mm", "-o", desk.file("views"), "--no-views", "--lens-points", "2",
        "--border", "0", "--json"},
-      {"bench", "--json", scene, "--quick", "--frames", "1"},
+      {"bench", "--json", scene, "--quick", "--frames", "1", "--preset", "draft"},
       {"devices", "--json"},
       {"selftest", "--only", "phase ", "--json"}};
   for (const auto& line : lines) {
@@ -477,6 +477,7 @@ TEST_CASE("an unknown name is answered with the nearest one that exists") {
                 "did you mean --output?");
   check_refused(desk.run({"lens", desk.file("scene.toml"), "-z", "0mm", "-o", desk.file("out")}), 2,
                 "where a lens in the hologram's plane cannot focus");
+  check_refused(desk.run({"bench", "--preset", "draft"}), 2, "goals are for a scene");
   check_refused(desk.run({"lens", desk.file("scene.toml"), "--lens", "3"}), 2,
                 "did you mean --lens-points?");
   CHECK_FALSE(desk.has_output());

@@ -170,6 +170,26 @@ TEST_CASE("a plan warns of a real image that reaches behind the viewer's eye, an
   CHECK(warns(near, "behind the viewer's eye: give a viewer.distance of more than " +
                         length_text(-near.plan.extent.near_m)));
   CHECK_FALSE(warns(with("200 mm"), "behind the viewer's eye"));
+  const auto close = with("200 mm");
+  CHECK(warns(close, "nearer than eyes focus: a viewer.distance of 260 mm is seen sharp"));
+  CHECK_FALSE(warns(with("260 mm"), "nearer than eyes focus"));
+}
+
+TEST_CASE(
+    "a scene smaller than what the viewer makes out is a dot, and its PSNR no lower than black") {
+  const auto dot = planned(data_scene(
+      "teapot.toml", {"hologram.resolution=[240, 136]", "object.0.position=[0, 0, '150 m']"}));
+  CHECK(warns(dot, "looks like a dot: check the units"));
+  CHECK(dot.prediction.pictures.value().mean_psnr_db > 0);
+}
+
+TEST_CASE("a user who says that nothing is left undiffracted is not warned of it") {
+  const auto told = [](std::vector<std::string> sets) {
+    return warns(planned(data_scene("teapot.toml", sets)), "undiffracted");
+  };
+  CHECK(told({}));
+  CHECK_FALSE(told({"slm.undiffracted=0"}));
+  CHECK(told({"slm.undiffracted=0.01"}));
 }
 
 DeviceFigures small_device() {
