@@ -184,7 +184,7 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
                  (scene.slm.stop ? ""
                                  : "slm.stop = 0.5, if the optics have such an aperture, or ") +
                  "a scene farther from it"
-       : shows_amplitude(scene.slm.encoding) || plan.extent.near_m <= 0
+       : shows_amplitude(scene.slm.encoding) || !lies_on_one_side(plan)
            ? "the encoding's haze: another slm.encoding"
            : "the encoding's haze: [refine] lessens it"},
       {pictures.speckle, "speckle: more sampling.frames, or a larger viewer.resolution"},
@@ -374,8 +374,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     const auto without = chosen(all, goal);
     const auto& unrefined = candidates->plan();
     const bool knows_refinement =
-        s.viewer.eyepiece_m || (unrefined.extent.near_m > 0 && !is_near_hologram(unrefined) &&
-                                propagation_error_of(unrefined) <= hopeless_error);
+        s.viewer.eyepiece_m ||
+        (lies_on_one_side(unrefined) && propagation_error_of(unrefined) <= hopeless_error);
     // Refined towards a lens, one frame may do what many refined towards samples take longer for
     const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
     if (knows_refinement && !(is_reached && without.iterations == 0) &&

@@ -65,7 +65,11 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
   const auto window_m = plan.window_m();
   const double hologram_m = std::max(window_m.x, window_m.y);
   const auto held_m = [&](double z_m) { return held_blurs * blur_m * z_m / hologram_m; };
-  const double near_m = plan.extent.near_m, far_m = plan.extent.far_m, depth_m = far_m - near_m;
+  // Of a scene before the hologram, as of its mirror image beyond it
+  const bool is_before = plan.extent.far_m < 0;
+  const double near_m = is_before ? -plan.extent.far_m : plan.extent.near_m,
+               far_m = is_before ? -plan.extent.near_m : plan.extent.far_m,
+               depth_m = far_m - near_m;
   const double middle_m = held_m((near_m + far_m) / 2), front_m = held_m(near_m);
   const auto in_front = [&](double helds) {
     return std::max(near_m - helds * front_m, near_m / 2);
@@ -78,6 +82,8 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
     depths.push_back(steps == 0 ? near_m : near_m + depth_m * i / steps);
   if (steps == 0) depths.push_back(far_m + first_beyond * held_m(far_m));
   depths.push_back(far_m + (steps == 0 ? second_beyond : behind) * held_m(far_m));
+  if (is_before)
+    for (double& z_m : depths) z_m = -z_m;
   return depths;
 }
 
@@ -112,7 +118,7 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 PartPlane part_plane(const Plan& plan, const ViewerSpec& viewer) {
   const auto& h = plan.hologram;
   const double middle_m = (plan.extent.near_m + plan.extent.far_m) / 2;
-  if (!viewer.eyepiece_m) return {{}, plan.window_m(), {0, 0}, {1, 1}, middle_m};
+  if (!viewer.eyepiece_m) return {{}, plan.window_m(), {0, 0}, {1, 1}, std::abs(middle_m)};
   const auto pupils = pupils_of(viewer);
   const auto& first = pupils.front();
   PartPlane plane{first,
@@ -161,7 +167,11 @@ int least_paced_iterations(const Plan& plan, double blur_m, const ViewerSpec& vi
 
 bool serves_samples(const Plan& plan, const ViewerSpec& viewer) {
   return plan.samples.aimed && !plan.has_specular_samples() &&
-         (viewer.eyepiece_m || (plan.extent.near_m > 0 && !is_near_hologram(plan)));
+         (viewer.eyepiece_m || lies_on_one_side(plan));
+}
+
+bool lies_on_one_side(const Plan& plan) {
+  return (plan.extent.near_m > 0 || plan.extent.far_m < 0) && !is_near_hologram(plan);
 }
 
 bool refines_samples(const Plan& plan) {
@@ -275,6 +285,7 @@ int key_lens_points(const KeyPlace& place, int points) {
 FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
                              double blur_m, double z_m, glm::dvec2 window_m) {
   FresnelLimits limits;
+  z_m = std::abs(z_m);
   const glm::dvec2 hologram_m = glm::dvec2(size) * pitch_m;
   // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
   const double across_m = glm::length((hologram_m + window_m) / 2.0);

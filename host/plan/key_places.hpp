@@ -86,6 +86,9 @@ constexpr int most_paced_iterations = 12;
 /// goals do not take them.
 int least_paced_iterations(const Plan& plan, double blur_m, const ViewerSpec& viewer);
 
+/// True where the scene lies beyond the hologram or before it, and not near it.
+bool lies_on_one_side(const Plan& plan);
+
 /// True where pictures made of samples show what a lens sees: there are samples, and none is seen
 /// in mirrors or through glass.
 bool serves_samples(const Plan& plan, const ViewerSpec& viewer);

@@ -107,8 +107,8 @@ void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
                : "rays of a fan go to z > 0; give sampling.mode \"aimed\"");
   if (plan.specular.bounces > 0)
     refuse("mirrors and glass are followed at z > 0 only; give trace.depth 0, or move the scene");
-  if (scene.refine && !scene.viewer.eyepiece_m)
-    refuse("[refine] knows pictures at z > 0 only, but behind an eyepiece; leave it out");
+  if (scene.refine && !scene.viewer.eyepiece_m && plan.extent.far_m >= 0)
+    refuse("[refine] knows pictures on one side of it, or behind an eyepiece; leave it out");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
       (scene.wrp.distances_m.front() > 0 ||
        (plan.extent.far_m > 0 && scene.wrp.distances_m.back() < 0)))

@@ -157,6 +157,13 @@ void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec
            first(frame, from), pitch_, static_cast<float>(clip > 0 ? 1 / clip : 0));
 }
 
+void PhaseStack::conjugate() {
+  const int rows = frames_ * size_.y;
+  run_rows(device_, program_of(device_).kernel("conjugate"),
+           pitch_ / PictureGrid::packet * PictureGrid::packet, rows, samples, size_.x, rows,
+           pitch_);
+}
+
 const cl::ComplexBuffer& PhaseStack::frame(int frame) {
   if (frame_.size() != area(size_)) frame_ = {device_, area(size_), "phases of a hologram"};
   frame_.copy_rows_from(samples, first(frame, {0, 0}), count_of(size_.x), count_of(pitch_));

@@ -31,6 +31,9 @@ public:
   void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame,
             bool keeps_amplitudes = false);
 
+  /// The holograms' complex conjugates: they show the mirror images through z = 0.
+  void conjugate();
+
   FieldStack read() const;
   /// The samples of a frame, rows without gaps; valid until the next call.
   const cl::ComplexBuffer& frame(int frame);

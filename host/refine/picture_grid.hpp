@@ -46,7 +46,7 @@ struct Optics {
 /// light of samples. Keys of one round follow each other and open different parts of the hologram;
 /// an iteration takes a round.
 struct Key {
-  double z_m = 0.1;           // distance of the plane in focus, > 0
+  double z_m = 0.1;           // plane in focus: > 0 beyond the hologram, < 0 before it
   glm::dvec2 view{0, 0};      // centre of the open part of the hologram, in half holograms
   glm::dvec2 aperture{1, 1};  // its size in holograms
   Image picture{};            // nothing is known beyond its edges

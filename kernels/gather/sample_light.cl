@@ -55,7 +55,9 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
       v = s->y - centre_y + y;
       seen = (fabs(u) <= half_x) & (fabs(v) <= half_y);
     }
-    const floatv inverse = 1.0f / (x * x + y * y + z * z), per_length = sqrt(inverse);
+    const floatv inverse = 1.0f / (x * x + y * y + z * z);
+    // Light travels to the eye: of what lies before the hologram, away from its parts
+    const floatv per_length = copysign(sqrt(inverse), (floatv)(z));
     const floatv amplitude =
         amplitude_towards(lights, on, s, plain, s->specular > 0.0f, x / z, y / z);
     seen &= (fabs(x * per_length - (reference_x - u * fall_x)) <= limit_x) &

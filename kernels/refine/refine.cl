@@ -57,6 +57,19 @@ __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
   }
 }
 
+// Turns phases round: the first nx samples of rows of hologram_pitch.
+__kernel void conjugate(__global float2* restrict hologram, int nx, int rows, int hologram_pitch) {
+  const int row = (int)get_global_id(1);
+  if (row >= rows) return;
+  __global float2* samples = hologram + (size_t)hologram_pitch * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
+    floatv re, im;
+    load_some_complex(samples + i, nx - i, &re, &im);
+    store_some_complex(re, -im, samples + i, nx - i);
+  }
+}
+
 // plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
 //
 // first           sample of `hologram` where the aperture begins; beam_first: of `beam`
