@@ -13,6 +13,7 @@
 #include <filesystem>
 #include <fstream>
 #include <iterator>
+#include <utility>
 
 #include "host/common/text.hpp"
 #include "host/display/loaded.hpp"

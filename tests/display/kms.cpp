@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Against a kernel of the tests' own: what a real one does is not proved here.
 #include <random>
+#include <tuple>
 
 #include "host/display/show.hpp"
 #include "tests/support/edids.hpp"

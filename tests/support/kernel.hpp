@@ -3,6 +3,7 @@
 /// waits.
 #pragma once
 
+#include <algorithm>
 #include <cerrno>
 #include <cmath>
 #include <cstring>
