@@ -134,9 +134,14 @@ private:
 
 std::vector<Connector> KmsDisplay::connectors() {
   std::vector<Connector> all;
+  std::string refused;
   for (const auto& card : drm_.cards()) {
     const int fd = drm_.open(card);
-    if (fd < 0) continue;
+    if (fd < 0) {
+      refused = card + ": cannot be opened: " + std::strerror(errno) +
+                "; those of the group video may, mostly";
+      continue;
+    }
     if (const auto resources = held(drm_.drmModeGetResources(fd), drm_.drmModeFreeResources)) {
       for (const auto id : std::span(resources->connectors, resources->count_connectors)) {
         const auto connector = held(drm_.drmModeGetConnector(fd, id), drm_.drmModeFreeConnector);
@@ -148,6 +153,7 @@ std::vector<Connector> KmsDisplay::connectors() {
     }
     drm_.close(fd);
   }
+  if (all.empty() && !refused.empty()) throw DeviceError(refused);
   for (auto& one : all)  // cards count each by themselves
     if (std::count_if(all.begin(), all.end(), [&](const Connector& other) {
           return other.output.name == one.output.name;

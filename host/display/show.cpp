@@ -54,11 +54,9 @@ ShownFrames show_frames(
     last = display.event();
     if (count.shown == 0) first = last;
     const auto missed = last.refresh - std::min(due, last.refresh);
-    const auto holds = begins(count.shown + 1) - begins(count.shown);
+    auto holds = begins(count.shown + 1) - begins(count.shown);
     ++count.shown;
-    count.repeated += holds - 1;
     count.missed += missed;
-    count.refreshes = last.refresh - first.refresh + holds;
     due = last.refresh + holds;
     const double latency_s = last.time_s - last.asked_s;
     if (all.latencies_s.size() < most_latencies)
@@ -71,6 +69,12 @@ ShownFrames show_frames(
     const double end_s = last.time_s + static_cast<double>(holds) / output_hz,
                  rest_s = frame ? 3 / output_hz : 0;
     while (!stop && now_s() < end_s - rest_s) sleep_until(std::min(now_s() + 0.05, end_s - rest_s));
+    if (stop) {
+      const double held = std::ceil((now_s() - last.time_s) * output_hz);
+      holds = static_cast<std::uint64_t>(std::clamp(held, 1.0, static_cast<double>(holds)));
+    }
+    count.repeated += holds - 1;
+    count.refreshes = last.refresh - first.refresh + holds;
   }
   all.seconds = last.time_s - first.time_s;
   std::sort(all.latencies_s.begin(), all.latencies_s.end());

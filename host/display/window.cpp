@@ -67,9 +67,13 @@ public:
     sdl_.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     sdl_.SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "0");
     sdl_.SDL_SetHint(SDL_HINT_VIDEO_MINIMIZE_ON_FOCUS_LOSS, "0");
-    if (sdl_.SDL_InitSubSystem(SDL_INIT_VIDEO) != 0)
-      throw DeviceError(std::string("no window can be opened: ") + sdl_.SDL_GetError() +
-                        "; give --backend kms without a desktop");
+    const bool has_begun = sdl_.SDL_InitSubSystem(SDL_INIT_VIDEO) == 0;
+    const std::string driver(has_begun ? sdl_.SDL_GetCurrentVideoDriver() : "");
+    // Where there is no desktop, SDL draws for nobody
+    if (!has_begun || driver == "dummy" || driver == "offscreen")
+      throw DeviceError("no window can be opened: " +
+                        std::string(has_begun ? "there is no desktop" : sdl_.SDL_GetError()) +
+                        "; give --backend kms");
   }
   ~WindowDisplay() override {
     close();

@@ -185,6 +185,8 @@ TEST_CASE("what cannot be opened is refused, and the screen is as before") {
   CHECK(kernel.open_files == 0);
   kernel.screens[0].is_plugged = kernel.screens[1].is_plugged = false;
   CHECK_SAYS(device_error_of([&] { open(second); }), "no output is connected");
+  kernel.may_be_opened = false;
+  CHECK_SAYS(device_error_of([&] { open(second); }), "/dev/dri/card0", "group video");
 }
 
 TEST_CASE("levels pass unchanged: tables are taken off, HDMI's range is full, all is given back") {

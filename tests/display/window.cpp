@@ -235,6 +235,12 @@ TEST_CASE("show says what is wrong with what it is given") {
   refuses({"-", "--size", "64"}, "--size");
   refuses({"-", "--size", "64x0"}, "must be pixels");
   refuses({"-", desk.file("scene.toml")}, "given alone");
+#ifdef RAYWAVE_SDL2
+  const auto nowhere = {"DISPLAY=", "WAYLAND_DISPLAY=", "SDL_VIDEODRIVER=dummy"};
+  test::check_refused(
+      desk.run({"show", "--list", "--backend", "window"}, {nowhere.begin(), nowhere.end()}), 3,
+      "there is no desktop");
+#endif
   std::filesystem::create_directory(desk.file("empty"));
   refuses({desk.file("empty")}, "holds neither report.json nor pictures");
   desk.folder().write("frames.raw", std::string(100, 'x'));

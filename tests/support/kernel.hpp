@@ -52,7 +52,8 @@ public:
 
   std::vector<Screen> screens{2};
   std::deque<Fate> fates;
-  bool is_held_by_other = false, refuses_mode = false, keeps_lut = false, counts = true;
+  bool is_held_by_other = false, refuses_mode = false, keeps_lut = false, counts = true,
+       may_be_opened = true;
   std::uint32_t first_sequence = 1000;
   double now_s = 50, rate_hz = 60;
   std::map<std::uint32_t, std::uint64_t> properties{{21, 7}, {22, 8}, {23, 0}};
@@ -116,7 +117,7 @@ private:
   Libdrm functions() {
     Libdrm drm;
     drm.cards = [] { return std::vector<std::string>{"/dev/dri/card0"}; };
-    drm.open = [this](const std::string&) { return ++open_files, 5; };
+    drm.open = [this](const std::string&) { return may_be_opened ? ++open_files, 5 : -1; };
     drm.close = [this](int) { --open_files; };
     drm.now = [this] { return now_s; };
     drm.sleep_until = [this](double time_s) { now_s = std::max(now_s, time_s); };
