@@ -132,7 +132,7 @@ private:
   }
 
   std::vector<std::shared_ptr<void>> things_;
-  std::vector<Event> events_;
+  std::deque<Event> events_;
   std::uint32_t next_handle_ = 100;
   std::uint32_t ids_[2] = {1, 2}, crtcs_[2] = {31, 32}, edid_[1] = {20}, crtc_props_[2] = {21, 22},
                 connector_props_[1] = {23};
@@ -224,6 +224,7 @@ inline void FakeKernel::give_properties(Libdrm& drm) {
   drm.drmModeObjectSetProperty = [this](int, std::uint32_t, std::uint32_t, std::uint32_t id,
                                         std::uint64_t value) {
     if (keeps_lut && id == 21) return -EINVAL;
+    if (properties[id] != value) blobs.erase(properties[id]);  // nobody holds it any more
     properties[id] = value;
     return 0;
   };
@@ -296,8 +297,8 @@ inline void FakeKernel::give_flips(Libdrm& drm) {
     if (fate.error != 0) return -fate.error;
     screen(crtc).framebuffer = framebuffer;
     const double at_s = (sequence_now() + 1 + fate.late) / rate_hz + 1e-9;
-    for (int i = 0; i < (fate.is_lost ? 0 : fate.comes_twice ? 2 : 1); ++i)
-      events_.push_back({at_s, data});
+    if (!fate.is_lost) events_.push_back({at_s, data});
+    if (fate.comes_twice) events_.push_back({at_s + 0.9 / rate_hz, data});  // later
     return 0;
   };
   drm.wait = [this](int, double seconds) {
@@ -309,7 +310,9 @@ inline void FakeKernel::give_flips(Libdrm& drm) {
     return true;
   };
   drm.drmHandleEvent = [this](int fd, drmEventContext* context) {
-    for (const auto& event : std::exchange(events_, {})) {
+    while (!events_.empty() && events_.front().time_s <= now_s) {
+      const auto event = events_.front();
+      events_.pop_front();
       screens[1].shown = buffers.at(screens[1].framebuffer);
       const auto whole_s = std::floor(event.time_s);
       const auto sequence =
