@@ -8,7 +8,6 @@
 #include <charconv>
 #include <csignal>
 #include <cstdio>
-#include <cstdlib>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <utility>
@@ -61,14 +60,6 @@ private:
   struct sigaction pipe_before_ {};
 };
 
-/// In a window where there is a desktop.
-std::unique_ptr<Display> display_of(const std::string& backend) {
-  if (!backend.empty() && backend != "window" && backend != "kms")
-    throw InputError("--backend " + in_quotes(backend) + ": unknown; there are window and kms");
-  const bool has_desktop = std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
-  return backend == "window" || (backend.empty() && has_desktop) ? window_display() : kms_display();
-}
-
 glm::ivec2 size_of(const std::string& text) {
   if (text.empty()) return glm::ivec2(0);
   glm::ivec2 size(0);
@@ -91,7 +82,7 @@ std::unique_ptr<Connection> events_of(const std::string& to) {
 
 void list_outputs(const ShowArguments& options) {
   auto json = Json::array();
-  for (const auto& output : display_of(options.backend)->list()) {
+  for (const auto& output : display_by(options.backend)->list()) {
     if (options.report.prints_text()) std::printf("%s\n", text_of(output).c_str());
     json.push_back({{"name", output.name},
                     {"place", {output.place_px.x, output.place_px.y}},
@@ -156,7 +147,7 @@ void run_show(const ShowArguments& options) {
   const auto& stop = StopAtSignals::is_set;
   FrameSource source(options.what, size_of(options.size), stop);
   const auto events = events_of(options.events);
-  const auto display = display_of(options.backend);
+  const auto display = display_by(options.backend);
   const auto output =
       display->open({options.output, source.size_px, source.panel_hz, options.read_back});
   // A picture alone is handed over once a second, so that what is known of it stays new

@@ -3,12 +3,20 @@
 
 #include <cerrno>
 #include <cmath>
+#include <cstdlib>
 #include <ctime>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 
 namespace raywave {
+
+std::unique_ptr<Display> display_by(const std::string& backend) {
+  if (!backend.empty() && backend != "window" && backend != "kms")
+    throw InputError("backend " + in_quotes(backend) + ": unknown; there are window and kms");
+  const bool has_desktop = std::getenv("DISPLAY") || std::getenv("WAYLAND_DISPLAY");
+  return backend == "window" || (backend.empty() && has_desktop) ? window_display() : kms_display();
+}
 
 std::string size_text(glm::ivec2 size_px) {
   return std::to_string(size_px.x) + " x " + std::to_string(size_px.y);

@@ -74,6 +74,11 @@ public:
 std::unique_ptr<Display> window_display();
 std::unique_ptr<Display> kms_display();
 
+/// One of these by its name; empty: in a window where there is a desktop.
+///
+/// throws  InputError as they do, and for another name
+std::unique_ptr<Display> display_by(const std::string& backend);
+
 /// The output that is named by its name, by Edid::id or the beginning of that.
 ///
 /// throws  InputError that lists what there is
