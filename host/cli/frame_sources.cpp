@@ -15,6 +15,7 @@
 #include <utility>
 
 #include "host/animate/frame_files.hpp"
+#include "host/cli/holograms.hpp"
 #include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -94,59 +95,26 @@ std::vector<StoredFrame> animation_pngs(const fs::path& folder,
   return frames;
 }
 
-/// Frames of the panel that a picture of this format holds.
-int frames_of(PictureFormat format) {
-  switch (format) {
-    case PictureFormat::rgb_24x1:
-      return 24;
-    case PictureFormat::rgb_12x2:
-      return 12;
-    case PictureFormat::rgb_8x3:
-      return 8;
-    case PictureFormat::rgb_6x4:
-      return 6;
-    default:
-      return 1;
-  }
-}
-
-/// The pictures of one laser's report, which encode, pattern, render or refine wrote.
-std::vector<std::string> pictures_of(const nlohmann::json& json, const fs::path& report,
-                                     int& frames_each) {
-  std::vector<std::string> names;
-  if (json.contains("pictures")) {
-    const auto format = picture_format_of(json.at("format").get<std::string>());
-    frames_each = frames_of(format);
-    json.at("pictures").get_to(names);
-    if (names.empty() || !is_picture(names[0]))
-      refuse(report, std::string("its pictures have the format ") + name_of(format) +
-                         ", which cannot be shown; encode with --format png");
-    return names;
-  }
-  const int frames = json.at("scene").at("sampling").at("frames");
-  for (int i = 1; i <= frames; ++i)
-    names.push_back("hologram" + (i == 1 ? "" : "_" + std::to_string(i)) + ".png");
-  return names;
-}
-
-/// The pictures of a report of several lasers, in turn; those that hold all lasers, where there
-/// are.
-std::vector<StoredFrame> pictures_of_lasers(const nlohmann::json& json, const fs::path& folder,
-                                            int& frames_each) {
+/// The pictures of a report of several lasers, in turn.
+std::vector<StoredFrame> pictures_of_lasers(const nlohmann::json& json, const fs::path& folder) {
   std::vector<StoredFrame> frames;
-  if (json.contains("files") && json.at("files").contains("hologram_rgb.png")) {
-    frames_each = 3;
-    for (int i = 1;; ++i) {
-      const auto name = "hologram_rgb" + (i == 1 ? "" : "_" + std::to_string(i)) + ".png";
-      if (!json.at("files").contains(name)) return frames;
-      frames.push_back({folder / name, ""});
-    }
-  }
   const auto& lasers = json.at("colour").at("lasers");
   for (std::size_t frame = 0; frame < lasers.at(0).at("pictures").size(); ++frame)
     for (const auto& laser : lasers)
-      frames.push_back({folder / fs::path(laser.at("pictures").at(frame).get<std::string>()),
-                        laser_name(laser.at("wavelength_m").get<double>())});
+      frames.push_back(
+          {folder / fs::path(laser.at("pictures").at(frame).get<std::string>()).filename(),
+           laser_name(laser.at("wavelength_m").get<double>())});
+  return frames;
+}
+
+/// The pictures that hold three lasers in their channels; none where render was not told --rgb.
+std::vector<StoredFrame> rgb_pictures(const nlohmann::json& json, const fs::path& folder) {
+  std::vector<StoredFrame> frames;
+  for (int i = 1; json.contains("files"); ++i) {
+    const auto name = "hologram_rgb" + (i == 1 ? "" : "_" + std::to_string(i)) + ".png";
+    if (!json.at("files").contains(name)) break;
+    frames.push_back({folder / name, ""});
+  }
   return frames;
 }
 
@@ -162,8 +130,11 @@ void add_report(StoredFrames& frames, const fs::path& report) {
       for (const auto& laser : json.at("colour").at("lasers"))
         lasers.push_back(laser_name(laser.at("wavelength_m").get<double>()));
     const auto& of_one = in_colour ? json.at("colour").at("lasers").at(0).at("report") : json;
-    int frames_each = 1;
-    std::vector<StoredFrame> found;
+    const auto format = of_one.contains("format")
+                            ? picture_format_of(of_one.at("format").get<std::string>())
+                            : PictureFormat::png;
+    auto found = rgb_pictures(json, folder);
+    const int each = found.empty() ? frames_each(format) : 3;
     if (json.contains("animation")) {
       const auto& animation = json.at("animation");
       frames.rate_hz = animation.at("slm_rate").get<double>() *
@@ -176,11 +147,13 @@ void add_report(StoredFrames& frames, const fs::path& report) {
       else
         found = animation_pngs(folder, lasers);
     } else {
-      if (in_colour)
-        found = pictures_of_lasers(json, folder, frames_each);
-      else
-        for (const auto& name : pictures_of(json, report, frames_each))
+      if (found.empty() && in_colour) found = pictures_of_lasers(json, folder);
+      if (found.empty())
+        for (const auto& name : picture_names(json))
           found.push_back({folder / fs::path(name).filename(), ""});
+      if (found.empty() || !is_picture(found[0].file))
+        refuse(report, std::string("its pictures have the format ") + name_of(format) +
+                           ", which cannot be shown; encode with --format png");
       std::vector<fs::path> files;
       for (const auto& one : found) files.push_back(one.file);
       require_of_report(report, json, files);
@@ -188,7 +161,7 @@ void add_report(StoredFrames& frames, const fs::path& report) {
     frames.all.insert(frames.all.end(), found.begin(), found.end());
     if (const auto& slm = of_one.at("scene").at("slm");
         slm.contains("rate_per_s") && slm.at("rate_per_s").is_number())
-      frames.panel_hz = slm.at("rate_per_s").get<double>() / frames_each;
+      frames.panel_hz = slm.at("rate_per_s").get<double>() / each;
   } catch (const nlohmann::json::exception& error) {
     refuse(report, "not a report of raywave: " + json_reason(error));
   }

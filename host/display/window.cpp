@@ -128,7 +128,9 @@ std::vector<DisplayOutput> WindowDisplay::list() {
     output.name = name ? name : std::to_string(i);
     output.place_px = {place.x, place.y};
     output.size_px = {mode.w, mode.h};
-    output.rate_hz = mode.refresh_rate;
+    // Whole numbers, cut: 59 is NTSC's
+    const bool is_cut = (mode.refresh_rate + 1) % 10 == 0 || (mode.refresh_rate + 1) % 12 == 0;
+    output.rate_hz = is_cut ? (mode.refresh_rate + 1) / 1.001 : mode.refresh_rate;
     output.edid = edid_named(output.name);
   }
   return outputs;

@@ -144,7 +144,7 @@ public:
   /// Whether the screen is as wanted now, or soon: servers draw when they like.
   template <class Wanted>
   bool shows(Wanted wanted) const {
-    for (int i = 0; i < 60; ++i) {
+    for (int i = 0; i < 200; ++i) {
       if (wanted(screenshot())) return true;
       std::this_thread::sleep_for(std::chrono::milliseconds(50));
     }
