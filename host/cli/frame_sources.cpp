@@ -14,6 +14,7 @@
 #include <nlohmann/json.hpp>
 #include <utility>
 
+#include "host/animate/animate.hpp"
 #include "host/animate/frame_files.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/output_set.hpp"
@@ -254,7 +255,50 @@ std::shared_ptr<const LevelFrame> read_frame(glm::ivec2 size_px, std::uint64_t n
   return frame;
 }
 
+/// Holograms of an animation in their order, each picture computed when it is needed.
+class LiveFrames {
+public:
+  LiveFrames(const std::vector<Scene>& scenes, const cl::Device& device)
+      : animator_(device, scenes, cl::default_backend(device.info())), pictures_(animator_) {}
+
+  const Animator& animator() const { return animator_; }
+
+  std::shared_ptr<const LevelFrame> next() {
+    if (at_ == made_.levels.size()) {
+      number_ = (number_ + 1) % animator_.schedule().pictures();
+      made_ = pictures_.make(number_);
+      animator_.turn(made_.levels);
+      at_ = 0;
+    }
+    auto frame = std::make_shared<LevelFrame>();
+    frame->size_px = animator_.stored_size();
+    frame->name = "picture " + std::to_string(number_);
+    if (const auto lasers = animator_.laser_names(); !lasers.empty())
+      frame->laser = lasers[at_ % lasers.size()];
+    frame->levels = std::move(made_.levels[at_++]);
+    return frame;
+  }
+
+private:
+  Animator animator_;
+  Animator::Pictures pictures_;
+  AnimatedPicture made_;
+  std::size_t at_ = 0;
+  int number_ = -1;
+};
+
 }  // namespace
+
+FrameSource::FrameSource(const std::vector<Scene>& scenes, const cl::Device& device) {
+  const auto live = std::make_shared<LiveFrames>(scenes, device);
+  const auto& animator = live->animator();
+  const auto lasers = animator.lasers();
+  size_px = animator.stored_size();
+  frames = static_cast<std::uint64_t>(animator.schedule().holograms()) * lasers;
+  panel_hz = scenes[0].slm.rate_per_s.value_or(0);
+  rate_hz = animator.schedule().slm_rate_per_s() * static_cast<double>(lasers);
+  next = [live] { return live->next(); };
+}
 
 FrameSource::FrameSource(const std::vector<std::string>& what, glm::ivec2 given_px,
                          const std::atomic<bool>& stop) {

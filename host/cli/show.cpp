@@ -24,7 +24,8 @@ namespace raywave::cli {
 namespace {
 
 struct ShowArguments {
-  std::vector<std::string> what;
+  std::vector<std::string> what, set;
+  DeviceOptions device;
   std::string output, backend, size, events;
   double rate_hz = 0;
   std::uint64_t loops = 0;
@@ -138,6 +139,18 @@ void print(const Json& report) {
   std::printf("proof      %s\n", proof_text(display.at("proof")).c_str());
 }
 
+FrameSource source_of(const ShowArguments& options) {
+  const auto& file = options.what[0];
+  const bool is_scene = options.what.size() == 1 && extension_of(file) == ".toml";
+  if (!is_scene && !options.set.empty())
+    throw InputError("--set changes keys of a scene, and there is none");
+  if (!is_scene) return {options.what, size_of(options.size), StopAtSignals::is_set};
+  const auto scenes = load_all(file, options.set, false, options.report);
+  if (!scenes[0].animation)
+    throw InputError(in_quotes(file) + ": nothing moves: render it, and show what was rendered");
+  return {scenes, cl::Device(options.device.info())};
+}
+
 void run_show(const ShowArguments& options) {
   if (options.list) return list_outputs(options);
   if (options.what.empty()) throw InputError("show: give what is to be shown, or --list");
@@ -145,7 +158,8 @@ void run_show(const ShowArguments& options) {
     throw InputError("--events - and --json both take standard output; give --json FILE");
   const StopAtSignals signals;
   const auto& stop = StopAtSignals::is_set;
-  FrameSource source(options.what, size_of(options.size), stop);
+  const auto source = source_of(options);
+  if (stop) return;
   const auto events = events_of(options.events);
   const auto display = display_by(options.backend);
   const auto output =
@@ -191,9 +205,10 @@ void add_show(CLI::App& app) {
                               "build/raywave show out --output HDMI-1");
   auto options = std::make_shared<ShowArguments>();
   command
-      ->add_option("WHAT", options->what,
-                   "Pictures, a folder, report.json, frames.raw, or - for raw levels from standard "
-                   "input")
+      ->add_option(
+          "WHAT", options->what,
+          "Pictures, a folder, report.json, frames.raw, - for raw levels from standard input, "
+          "or a scene that moves, which is computed meanwhile")
       ->type_name("FILE");
   option(*command, "--output", options->output, "NAME", group::pictures,
          "Output by its name, or by maker, product and serial of its EDID, as --list prints them");
@@ -208,6 +223,8 @@ void add_show(CLI::App& app) {
       ->check(CLI::Range(1, 1000000000));
   option(*command, "--size", options->size, "NXxNY", group::pictures,
          "Pixels of raw levels, a byte each, e.g. 1920x1080");
+  add_set(*command, options->set);
+  options->device.add_device_to(*command);
   flag(*command, "--list", options->list, group::pictures, "List outputs, and show nothing");
   flag(*command, "--read-back", options->read_back, group::pictures,
        "Read each frame back as it was drawn; a window's first one always is");

@@ -282,6 +282,31 @@ TEST_CASE("reports tell the frames, their order, their lasers and the panel's ra
                       "the format npy, which cannot be shown");
 }
 
+TEST_CASE("a scene that moves is computed while it is shown, with the bits of animate") {
+  if (!can_test()) return;
+  const XServer server(48, 32);
+  test::Desk desk;
+  desk.scene(
+      "[animation]\nframes = 3\nrate = 5\n[[animation.track]]\nof = \"object.0.rotation\"\n"
+      "at = [0, 2]\nvalues = [[0, 0, 0], [0, 40, 0]]\n");
+  const auto scene = desk.file("scene.toml");
+  REQUIRE(desk.run({"animate", scene, "-o", desk.file("out"), "--stream", "--no-preview"}).code ==
+          0);
+  const auto stream = bytes_of(desk.out("frames.raw"));
+  REQUIRE(stream.size() == 3 * 48 * 32);
+  const auto program = desk.start({"show", scene, "--loops", "30", "--events", "-"});
+  for (const std::size_t i : {1, 2, 0}) {
+    LevelFrame frame{{48, 32}, 1, {}, "", ""};
+    frame.levels.assign(stream.begin() + static_cast<std::ptrdiff_t>(48 * 32 * i),
+                        stream.begin() + static_cast<std::ptrdiff_t>(48 * 32 * (i + 1)));
+    CHECK(server.shows([&](const auto& shot) { return differences(shot, frame, {}) == 0; }));
+  }
+  kill(program, SIGINT);
+  const auto outcome = desk.outcome_of(program);
+  CHECK(outcome.code == 0);
+  CHECK_SAYS(outcome.out, "\"picture 0\"", "\"picture 2\"");
+}
+
 TEST_CASE("show says what is wrong with what it is given") {
   const test::Desk desk;
   const auto refuses = [&](std::vector<std::string> words, const std::string& says) {
@@ -290,7 +315,9 @@ TEST_CASE("show says what is wrong with what it is given") {
   };
   refuses({}, "give what is to be shown, or --list");
   refuses({desk.file("none.png")}, "there is no such file");
-  refuses({desk.file("scene.toml")}, "cannot be shown: give pictures");
+  refuses({desk.file("square.obj")}, "cannot be shown: give pictures");
+  refuses({desk.file("scene.toml")}, "nothing moves");
+  refuses({desk.file("square.obj"), "--set", "slm.levels=4"}, "there is none");
   refuses({"-"}, "--size is needed");
   refuses({"-", "--size", "64"}, "--size");
   refuses({"-", "--size", "64x0"}, "must be pixels");
