@@ -192,6 +192,10 @@ void run_show(const ShowArguments& options) {
                   });
   display->close();
   const auto report = report_of(shown, rate_hz, display->describe());
+  if (!report.at("display").value("knows_gamma", true))
+    options.report.note(
+        "the driver does not tell its gamma table: whether it passes levels as "
+        "they are is not known");
   if (options.report.prints_text() && options.events != "-") print(report);
   options.report.write(report);
 }

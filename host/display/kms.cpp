@@ -106,7 +106,6 @@ private:
   std::uint32_t crtc_of(const drmModeConnector& connector, const drmModeRes& resources);
   void make_buffer(Buffer& buffer, glm::ivec2 size_px);
   void set_identities();
-  void set_gamma();
   std::uint64_t value_of(const Setting& setting);
   void restore() noexcept;
   [[noreturn]] void fail(const std::string& what);
@@ -119,7 +118,6 @@ private:
   std::uint32_t connector_ = 0, crtc_ = 0;
   drmModeModeInfo mode_{};
   std::optional<drmModeCrtc> before_;
-  std::array<std::vector<std::uint16_t>, 3> gamma_before_;  // red, green, blue
   std::vector<Setting> settings_;
   std::array<Buffer, 2> buffers_;
   // Events of earlier flips may still come
@@ -290,31 +288,6 @@ void KmsDisplay::set_identities() {
         fail("its " + setting.name + " changes levels, and the driver does not let go of it");
     }
   }
-  if (!knows_gamma_) set_gamma();
-}
-
-/// Of drivers that know the older way only.
-void KmsDisplay::set_gamma() {
-  const auto size = static_cast<std::size_t>(std::max(before_->gamma_size, 0));
-  if (size < 2) return;
-  const auto get = [&](auto& lut) {
-    for (auto& channel : lut) channel.resize(size);
-    return drm_.drmModeCrtcGetGamma(fd_, crtc_, static_cast<std::uint32_t>(size), lut[0].data(),
-                                    lut[1].data(), lut[2].data()) == 0;
-  };
-  if (!get(gamma_before_)) {
-    gamma_before_ = {};
-    return;
-  }
-  std::vector<std::uint16_t> straight(size);
-  for (std::size_t i = 0; i < size; ++i)
-    straight[i] = static_cast<std::uint16_t>(i * 65535 / (size - 1));
-  drm_.drmModeCrtcSetGamma(fd_, crtc_, static_cast<std::uint32_t>(size), straight.data(),
-                           straight.data(), straight.data());
-  std::array<std::vector<std::uint16_t>, 3> now;
-  if (!get(now) || now[0] != straight || now[1] != straight || now[2] != straight)
-    fail("its gamma table changes levels, and the driver does not let go of it");
-  knows_gamma_ = true;
 }
 
 DisplayOutput KmsDisplay::open(const WantedOutput& wanted) {
@@ -442,9 +415,6 @@ void KmsDisplay::restore() noexcept {
     note(drm_.drmModeObjectSetProperty(fd_, setting->object, setting->type, setting->property,
                                        value));
   }
-  if (const auto size = static_cast<std::uint32_t>(gamma_before_[0].size()); size > 0)
-    note(drm_.drmModeCrtcSetGamma(fd_, crtc_, size, gamma_before_[0].data(),
-                                  gamma_before_[1].data(), gamma_before_[2].data()));
   if (!before_) return;
   note(before_->mode_valid ? drm_.drmModeSetCrtc(fd_, crtc_, before_->buffer_id, before_->x,
                                                  before_->y, &connector_, 1, &before_->mode)
@@ -470,7 +440,6 @@ void KmsDisplay::close() noexcept {
 Json KmsDisplay::describe() const {
   Json set = Json::array();
   for (const auto& setting : settings_) set.push_back(setting.name);
-  if (!gamma_before_[0].empty()) set.push_back("gamma table");
   return {{"backend", "kms"},
           {"card", card_},
           {"output", output_.name},

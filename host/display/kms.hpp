@@ -23,9 +23,9 @@
                           use(drmModeGetProperty) use(drmModeFreeProperty)                         \
                               use(drmModeObjectSetProperty) use(drmModeGetPropertyBlob)            \
                                   use(drmModeFreePropertyBlob) use(drmModeCreatePropertyBlob)      \
-                                      use(drmModeCrtcSetGamma) use(drmModeCrtcGetGamma)            \
-                                          use(drmModeCreateDumbBuffer) use(drmModeMapDumbBuffer)   \
-                                              use(drmModeDestroyDumbBuffer)
+                                                                                                   \
+                                      use(drmModeCreateDumbBuffer) use(drmModeMapDumbBuffer)       \
+                                          use(drmModeDestroyDumbBuffer)
 
 namespace raywave {
 
