@@ -70,6 +70,7 @@ void Connection::send(std::span<const char> bytes) {
     const auto sent = is_socket_ ? ::send(descriptor_, bytes.data(), bytes.size(), MSG_NOSIGNAL)
                                  : write(descriptor_, bytes.data(), bytes.size());
     if (sent < 0 && errno == EINTR) continue;
+    if (sent < 0 && errno == ECONNREFUSED) return;  // of a datagram before: nobody listens yet
     if (sent <= 0) fail(std::string("stops to listen: ") + std::strerror(errno));
     bytes = bytes.subspan(static_cast<std::size_t>(sent));
   }

@@ -21,6 +21,8 @@ public:
   Connection& operator=(const Connection&) = delete;
   ~Connection();
 
+  /// Datagrams may get lost.
+  ///
   /// throws  InputError when not all bytes can be sent
   void send(std::span<const char> bytes);
 

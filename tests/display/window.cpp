@@ -1,6 +1,11 @@
 // SPDX-License-Identifier: Apache-2.0
 // Windows on X servers without hardware: no SLM has shown them, and no refresh is a real one.
+#include <arpa/inet.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+
 #include <algorithm>
+#include <array>
 #include <nlohmann/json.hpp>
 #include <random>
 #include <tuple>
@@ -221,6 +226,53 @@ TEST_CASE("pictures, packed pictures and standard input are shown as they are") 
   test::check_refused(desk.shell("head -c 4000 raw | $RAYWAVE show - --size 64x48 --quiet"), 2,
                       "ends within a frame of 64 x 48");
   CHECK_SAYS(desk.run({"show", "--list"}).out, "screen, 64 x 48");
+}
+
+TEST_CASE(
+    "lines of flips arrive by UDP, at a serial port and in a file, and nobody has to listen") {
+  if (!can_test()) return;
+  const XServer server(64, 48);
+  const test::Desk desk;
+  write_stream(desk, {64, 48}, 5, 60);
+  const auto show = [&](const std::string& where) {
+    const auto outcome =
+        desk.run({"show", desk.file("moving"), "--loops", "2", "--quiet", "--events", where});
+    INFO(where << ": " << outcome.err);
+    CHECK(outcome.code == 0);
+  };
+  const auto receiver = socket(AF_INET, SOCK_DGRAM, 0);
+  sockaddr_in address{};
+  address.sin_family = AF_INET;
+  address.sin_addr.s_addr = htonl(INADDR_LOOPBACK);
+  socklen_t size = sizeof address;
+  REQUIRE(bind(receiver, reinterpret_cast<sockaddr*>(&address), size) == 0);
+  REQUIRE(getsockname(receiver, reinterpret_cast<sockaddr*>(&address), &size) == 0);
+  const auto udp = "udp:127.0.0.1:" + std::to_string(ntohs(address.sin_port));
+  show(udp);
+  std::array<char, 1000> bytes{};
+  for (int i = 0; i < 10; ++i) {
+    const auto got = recv(receiver, bytes.data(), bytes.size(), MSG_DONTWAIT);
+    REQUIRE(got > 0);
+    CHECK(Json::parse(std::string(bytes.data(), static_cast<std::size_t>(got)))["flip"] == i);
+  }
+  close(receiver);
+  show(udp);
+
+  const int port = posix_openpt(O_RDWR | O_NOCTTY);
+  REQUIRE((port >= 0 && grantpt(port) == 0 && unlockpt(port) == 0));
+  const int other_end = open(ptsname(port), O_RDWR | O_NOCTTY);  // else what is unread is lost
+  show(ptsname(port));
+  const auto got = read(port, bytes.data(), bytes.size());
+  REQUIRE(got > 0);
+  const std::string text(bytes.data(), static_cast<std::size_t>(got));
+  CHECK(text.starts_with("{\"flip\":0,"));
+  CHECK(text.find('\r') == text.npos);  // as it was sent
+  close(other_end);
+  close(port);
+
+  show(desk.file("flips"));
+  const auto lines = bytes_of(desk.file("flips"));
+  CHECK(std::count(lines.begin(), lines.end(), '\n') == 10);
 }
 
 TEST_CASE("reports tell the frames, their order, their lasers and the panel's rate") {
