@@ -5,6 +5,7 @@
 
 #include <fcntl.h>
 #include <signal.h>
+#include <sys/prctl.h>
 #include <sys/wait.h>
 #include <unistd.h>
 
@@ -26,7 +27,7 @@
 
 namespace raywave::test {
 
-/// A program that runs in the background; `waits_for` gives a line that it prints on descriptor 3.
+/// A program in the background. `first_line` gets what it prints first on descriptor 3.
 inline pid_t started(std::vector<std::string> words, std::string* first_line = nullptr) {
   int ends[2] = {-1, -1};
   REQUIRE(pipe(ends) == 0);
@@ -36,6 +37,7 @@ inline pid_t started(std::vector<std::string> words, std::string* first_line = n
   const pid_t program = fork();
   REQUIRE(program >= 0);
   if (program == 0) {
+    prctl(PR_SET_PDEATHSIG, SIGTERM);  // whatever ends the tests
     dup2(ends[1], 3);
     const int nothing = open("/dev/null", O_RDWR);
     for (const int stream : {0, 1, 2}) dup2(nothing, stream);
