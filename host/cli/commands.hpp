@@ -21,6 +21,7 @@ void add_lens(CLI::App& app);
 void add_preview(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_quality(CLI::App& app);
+void add_show(CLI::App& app);
 
 void add_bench(CLI::App& app);
 void add_trade(CLI::App& app);

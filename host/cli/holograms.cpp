@@ -43,21 +43,15 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
       throw InputError(one_line(report.string()) +
                        ": is of an animation; give holograms of one picture, such as "
                        "frame_00000.png");
-    if (json.contains("pictures")) {  // of encode and pattern
+    if (json.contains("format")) {  // of encode and pattern
       const auto format = picture_format_of(json.at("format").get<std::string>());
       if (!is_read_again(format))
         throw InputError(one_line(report.string()) + ": its pictures have the format " +
                          name_of(format) +
                          ", which is not read again; encode with --format png, or give field.npy");
-      for (const auto& name : json.at("pictures"))
-        files.push_back(report.parent_path() /
-                        std::filesystem::path(name.get<std::string>()).filename());
-    } else {
-      const int frames = json.at("scene").at("sampling").at("frames");
-      for (int frame = 0; frame < frames; ++frame)
-        files.push_back(report.parent_path() /
-                        name_of_frame(static_cast<std::size_t>(frame), "png"));
     }
+    for (const auto& name : picture_names(json))
+      files.push_back(report.parent_path() / std::filesystem::path(name).filename());
     require_of_report(report, json, files);
   } catch (const nlohmann::json::exception& error) {
     throw InputError(one_line(report.string()) +
@@ -73,6 +67,15 @@ void say_once(const std::string& note) {
 }
 
 }  // namespace
+
+std::vector<std::string> picture_names(const nlohmann::json& report) {
+  if (report.contains("pictures")) return report.at("pictures").get<std::vector<std::string>>();
+  const int frames = report.at("scene").at("sampling").at("frames");
+  std::vector<std::string> names;
+  for (int frame = 0; frame < frames; ++frame)
+    names.push_back(name_of_frame(static_cast<std::size_t>(frame), "png"));
+  return names;
+}
 
 void PixelOptions::add_to(CLI::App& command) {
   option(command, "--pitch", pitch, "LENGTH", group::pictures,

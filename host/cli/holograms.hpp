@@ -83,6 +83,9 @@ template <class Level = std::uint8_t>
 std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const SlmSpec& slm,
                                         glm::ivec2* size_px);
 
+/// The names of the pictures that a report of one wavelength was written beside.
+std::vector<std::string> picture_names(const nlohmann::json& report);
+
 /// The report.json beside pictures that were not rendered: what reconstruct and encode need to know
 /// of them.
 Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,

@@ -102,6 +102,7 @@ int main(int argc, char** argv) {
   add_preview(app);
   add_compare(app);
   add_quality(app);
+  add_show(app);
   add_bench(app);
   add_trade(app);
   add_tune(app);

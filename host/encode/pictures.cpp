@@ -85,11 +85,11 @@ std::vector<std::vector<std::uint8_t>> packed(const Panel& panel, PictureFormat 
   std::array<std::uint32_t, 256> rank{};
   for (std::uint32_t i = 0; i < sent.size(); ++i) rank[sent[i]] = i;
 
-  const auto frames_each = static_cast<std::size_t>(24 / bits);
+  const auto each = static_cast<std::size_t>(frames_each(format));
   std::vector<std::vector<std::uint8_t>> pictures;
-  for (std::size_t first = 0; first < frames.size(); first += frames_each) {
+  for (std::size_t first = 0; first < frames.size(); first += each) {
     std::vector<std::uint32_t> colours(frames[0].levels.size());
-    for (std::size_t k = first; k < std::min(first + frames_each, frames.size()); ++k)
+    for (std::size_t k = first; k < std::min(first + each, frames.size()); ++k)
       for (std::size_t i = 0; i < colours.size(); ++i)
         colours[i] |= rank[frames[k].levels[i]] << (static_cast<std::size_t>(bits) * (k - first));
     auto& picture = pictures.emplace_back();
@@ -153,6 +153,11 @@ PictureFormat picture_format_of(const std::string& name) {
   std::string names = picture_format_names();
   for (std::size_t at; (at = names.find('|')) != std::string::npos;) names.replace(at, 1, ", ");
   throw InputError("--format " + one_line(name) + ": unknown; there are " + names);
+}
+
+int frames_each(PictureFormat format) {
+  const int bits = packed_bits(format);
+  return bits > 0 ? 24 / bits : 1;
 }
 
 const char* name_of(PictureFormat format) {

@@ -46,6 +46,9 @@ constexpr bool is_read_again(PictureFormat format) {
          format == PictureFormat::bmp || format == PictureFormat::tiff;
 }
 
+/// Frames of the panel that a picture holds.
+int frames_each(PictureFormat format);
+
 /// A field as matrix `dh` of a MATLAB 5 file.
 ///
 /// throws  InputError when it cannot be written, or raywave was built without libmatio

@@ -39,6 +39,7 @@ except ImportError as error:  # the loader of OpenCL drivers is the system's
     raise
 
 from . import metrics
+from ._display import Display, Flip
 from ._light import (
     Field,
     FieldComparison,
@@ -82,8 +83,10 @@ __all__ = [
     "Cancelled",
     "Device",
     "DeviceError",
+    "Display",
     "Field",
     "FieldComparison",
+    "Flip",
     "Hologram",
     "InputError",
     "PictureComparison",

@@ -109,5 +109,6 @@ inline Array levels_array(raywave::Levels levels) {
 
 /// Adds what works on fields and pictures.
 void add_light(nb::module_& m);
+void add_display(nb::module_& m);
 
 }  // namespace raywave_python

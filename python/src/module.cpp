@@ -435,6 +435,7 @@ NB_MODULE(_core, m) {
       "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a,
       "progress"_a.none());
   add_light(m);
+  add_display(m);
 }
 
 }  // namespace raywave_python

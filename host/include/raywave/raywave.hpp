@@ -15,4 +15,5 @@
 
 #include <raywave/version.h>
 
+#include <raywave/display.hpp>
 #include <raywave/light.hpp>
