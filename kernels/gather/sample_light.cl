@@ -17,6 +17,13 @@
 
 #define PARTS (RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS : 8)
 
+// Share of a part whose sines, sine - half_width to sine + half_width, are within the limit. Parts
+// shown whole or not at all would leave steps in pictures.
+static inline floatv share_within(floatv sine, floatv half_width, float limit) {
+  return clamp((limit - fabs(sine)) / fmax(2.0f * half_width, (floatv)(1e-9f)) + 0.5f,
+               (floatv)(0.0f), (floatv)(1.0f));
+}
+
 // centre     of the hologram, scene frame; half_x, half_y: half sides of the window of masks
 // a, b       of the pupil, whose window is around the middle and has the half sides open_x, open_y;
 //            b 0: the window is that of masks
@@ -42,12 +49,15 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
     floatv u = ((2.0f * LANES_TO_FLOAT(column) + 1.0f) / (float)PARTS - 1.0f) * open_x + middle_x,
            v = ((2.0f * LANES_TO_FLOAT(row) + 1.0f) / (float)PARTS - 1.0f) * open_y + middle_y;
     floatv x = centre_x + u - s->x, y = centre_y + v - s->y;
-    float z = s->z - centre_z, per_area = 1.0f;
+    float z = s->z - centre_z, per_area = 1.0f, half_u = open_x / (float)PARTS,
+          half_v = open_y / (float)PARTS;
     intv seen = -1;
     if (b != 0.0f) {
       // From places of the pupil's plane to where light to them passes the hologram
       z = copysign(fmax(fabs(z), 1e-6f), z);
       per_area = z / (a * z + b);
+      half_u *= fabs(per_area);
+      half_v *= fabs(per_area);
       x = (u - a * (s->x - centre_x)) * per_area;
       y = (v - a * (s->y - centre_y)) * per_area;
       per_area *= per_area;
@@ -60,8 +70,10 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
     const floatv per_length = copysign(sqrt(inverse), (floatv)(z));
     const floatv amplitude =
         amplitude_towards(lights, on, s, plain, s->specular > 0.0f, x / z, y / z);
-    seen &= (fabs(x * per_length - (reference_x - u * fall_x)) <= limit_x) &
-            (fabs(y * per_length - (reference_y - v * fall_y)) <= limit_y);
+    const floatv shown = share_within(x * per_length - (reference_x - u * fall_x),
+                                      half_u * fabs(per_length), limit_x) *
+                         share_within(y * per_length - (reference_y - v * fall_y),
+                                      half_v * fabs(per_length), limit_y);
 #if RAYWAVE_VISIBILITY_PARTS > 0
     if (s->hidden) {
       int bits[RAYWAVE_LANES];
@@ -82,7 +94,8 @@ __kernel void light_of_parts(__global const Light* lights, __global const Sample
 #else
     (void)visibility_masks;
 #endif
-    LANES_STORE(LANES_SELECT((floatv)(0.0f), amplitude * amplitude * inverse * per_area, seen),
-                light + (size_t)i * (size_t)(PARTS * PARTS) + part);
+    LANES_STORE(
+        LANES_SELECT((floatv)(0.0f), amplitude * amplitude * inverse * per_area * shown, seen),
+        light + (size_t)i * (size_t)(PARTS * PARTS) + part);
   }
 }
