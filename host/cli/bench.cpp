@@ -55,6 +55,10 @@ BenchSuite suite_of(const BenchArguments& options, const cl::DeviceInfo& device)
       const auto planned =
           plan_scenes(one.scenes, build_world(one.scenes[0]), figures_of(device), goal);
       for (std::size_t i = 0; i < planned.size(); ++i) one.scenes[i] = planned[i].scene;
+      // Rows count holograms, of which a picture has several
+      if (goal.rate_per_s)
+        one.target.required_per_s = *goal.rate_per_s * planned[0].scene.sampling.frames *
+                                    static_cast<double>(planned.size());
     }
     one.name = one_line(fs::path(options.scene.file).stem().string());
     return {"scene", {one}, {}, {}};

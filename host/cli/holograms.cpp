@@ -184,6 +184,10 @@ FieldStack HologramOptions::load() const {
 
 LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
   const std::filesystem::path report(options.files.at(0));
+  if (extension_of(report) == ".toml")
+    throw InputError(one_line(report.string()) +
+                     ": is a scene; raywave render makes its hologram, and this takes its "
+                     "report.json");
   if (options.files.size() == 1 && extension_of(report) == ".json")
     lasers = lasers_of_report(report);
   if (!lasers) {

@@ -205,6 +205,8 @@ void run_new(const NewArguments& options) {
     throw InputError(in_quotes(options.out) +
                      ": is there already, and is not overwritten; give "
                      "another --output, or remove it");
+  if (fs::path(options.mesh).extension() == ".toml")
+    throw InputError(in_quotes(options.mesh) + ": is a scene; new makes one for a mesh");
   std::vector<std::string> warnings;
   std::string text;
   try {

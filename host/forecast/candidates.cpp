@@ -57,7 +57,10 @@ double wanted_resolution_m(const Scene& scene, const Plan& plan) {
 }
 
 bool may_refine(const Scene& scene) {
-  return !shows_amplitude(scene.slm.encoding) && !scene.given.contains("refine.iterations");
+  const bool keeps_encoding =
+      scene.given.contains("slm.encoding") && scene.slm.encoding == Encoding::double_phase;
+  return !shows_amplitude(scene.slm.encoding) && !keeps_encoding &&
+         !scene.given.contains("refine.iterations");
 }
 
 std::vector<Choice> choices(const Scene& scene, const World& world, const DeviceFigures& device) {

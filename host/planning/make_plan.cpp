@@ -168,7 +168,8 @@ private:
   Choice virtual_planes(Choice choice) const {
     auto why_not = why_not_virtual_planes(scene_);
     if (const auto key = key_of_wrps(scene_); why_not.empty() && !key.empty())
-      why_not = key + " is for WRPs";
+      why_not = scene_.given.contains(key) ? key + " is for WRPs"
+                                           : "the goal has chosen " + key + ", which is for WRPs";
     if (!why_not.empty()) return wrps(choice, why_not);
     choice.propagation = WrpPropagation::compact;
     return choice;

@@ -97,6 +97,11 @@ TEST_CASE("keys under no section of --slm, which would be lost, are refused with
   desk.folder().write("kind.toml", "[slm]\nkind = \"phase\"\n");
   check_refused(made("kind.toml"), 2, "kind.toml: slm: unknown key \"kind\"");
   CHECK_FALSE(std::filesystem::exists(desk.file("new.toml")));
+  check_refused(desk.run({"new", desk.file("kind.toml"), "-o", desk.file("of_scene.toml")}), 2,
+                "is a scene; new makes one for a mesh");
+  check_refused(
+      desk.run({"reconstruct", desk.file("kind.toml"), "-z", "10mm", "-o", desk.file("out")}), 2,
+      "is a scene; raywave render makes its hologram");
 }
 
 }  // namespace

@@ -458,7 +458,7 @@ TEST_CASE("a scene that touches or crosses the hologram's plane is planned for e
     CHECK(psnr_db(reference) <= psnr_db(never));
     CHECK((fast.prediction.times.total_s() <= 1.02 || warns(fast, "nothing keeps")));
     CHECK(warns(never, "nothing reaches"));
-    CHECK_FALSE(never.scene.refine);  // which knows z > 0 alone
+    if (world.max_m.z >= 0) CHECK_FALSE(never.scene.refine);  // which knows one side alone
   }
 }
 
