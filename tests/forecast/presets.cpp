@@ -462,6 +462,18 @@ TEST_CASE("a scene that touches or crosses the hologram's plane is planned for e
   }
 }
 
+TEST_CASE("goals do not refine what is given double phase") {
+  const Goal accurate{Preset::accurate, {}, {}};
+  const auto sets = [](const std::string& encoding) {
+    return std::vector<std::string>{"hologram.resolution=[960, 540]", "sampling.pitch=auto",
+                                    "object.0.width=6 mm", "slm.encoding=" + encoding};
+  };
+  CHECK(planned(data_scene("teapot.toml", sets("auto")), accurate).scene.refine);
+  const auto kept = planned(data_scene("teapot.toml", sets("double-phase")), accurate);
+  CHECK_FALSE(kept.scene.refine);
+  CHECK(kept.plan.slm.encoding == Encoding::double_phase);
+}
+
 TEST_CASE("a goal for a fan, whose pictures cannot be predicted, is refused") {
   CHECK_REFUSED(
       planned(data_scene("teapot.toml", {"sampling.mode=fan"}), Goal{Preset::draft, {}, {}}),
