@@ -102,6 +102,10 @@ void warn_of_slm(const SlmLight& light, const std::vector<double>& wavelengths_m
          " of the light that the pixels can show is cut off by slm.stop: slm.stop [" +
          up(light.open_stop.x) + ", " + up(light.open_stop.y) +
          "] passes all of it; a scene closer to the axis or farther away needs less");
+  if (light.beyond_band > least_loss)
+    warn(percent_text(light.beyond_band) +
+         " of the light is moved beyond the pixels' band by slm.shift or slm.carrier: it is dim "
+         "there, and lies on the picture's other side again; a smaller shift keeps it");
   if (light.on_picture == 0 || light.zero_order_stopped || has_no_zero_order) return;
   const auto& size_m = light.zero_order_size_m;
   const std::string place = light.zero_order_m == glm::dvec2(0)

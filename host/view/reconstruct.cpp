@@ -168,12 +168,13 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
     return each * static_cast<std::uint64_t>(plane.x) * plane.y;
   };
   const auto padded = padded_size(size, what.padding, spec.pitch_m, spec.wavelength_m, what.z_m);
-  const std::string advice = "a smaller hologram or window needs less";
+  const std::string advice = "a smaller hologram needs less";
   cl::require_memory(device,
-                     std::vector<cl::MemoryNeed>{{"padded plane", bytes(padded, 8), advice},
-                                                 {"sum of spectra", bytes(padded, 8), advice},
-                                                 {"hologram field", bytes(size, 8), advice},
-                                                 {"reconstruction", bytes(window, 4), advice}});
+                     std::vector<cl::MemoryNeed>{
+                         {"padded plane", bytes(padded, 8), advice},
+                         {"sum of spectra", bytes(padded, 8), advice},
+                         {"hologram field", bytes(size, 8), advice},
+                         {"reconstruction", bytes(window, 4), "a smaller window needs less"}});
   const double unit = unit_of(hologram);
   Propagator propagator(device,
                         {size, spec.pitch_m, spec.wavelength_m, what.padding, backend, what.z_m});

@@ -213,6 +213,16 @@ TEST_CASE("one shift serves all lasers, and says what a sum over points finds th
   CHECK(slm_light(plan, view, {500e-9, 200e-9}).beside_m == glm::dvec2(0));
 }
 
+TEST_CASE("a given shift says what it moves beyond the band, as a sum over points finds") {
+  for (const double shift_m : {4 * mm, 5 * mm, -5.5 * mm}) {
+    const auto p = planned(SlmSpec{.shift_m = {0, shift_m}, .shift_distance_m = z_m});
+    const double lost = lost_by_points(1 * mm, 1 * mm, shift_m, 500e-9);
+    CAPTURE(shift_m, lost);
+    CHECK(p.prediction.slm_light.beyond_band == Approx(lost).margin(0.01));
+    CHECK(warning_with(p, "beyond the pixels' band").empty() == (lost == 0));
+  }
+}
+
 TEST_CASE("a stop that keeps the zero order away ends the warning") {
   auto slm = with_stop({0.3, 1});
   slm.carrier = {0.2, 0};
