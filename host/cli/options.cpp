@@ -144,7 +144,10 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
 }
 
 void GoalOptions::add_preset_to(CLI::App& command) {
-  command.add_option("--preset", preset, "Target PSNR, from the fastest to the most accurate")
+  command
+      .add_option("--preset", preset,
+                  "From the fastest to the most accurate at the pace of frames; --psnr and "
+                  "--budget refine towards a lens, too, which takes longer and shows more")
       ->type_name(choices(names_of(Preset{})))
       ->group(group::plan);
 }
