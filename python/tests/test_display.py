@@ -21,7 +21,9 @@ def screen(tmp_path, monkeypatch):
         pytest.skip("no Xvfb")
     get, put = os.pipe()
     size = f"{SHAPE[1]}x{SHAPE[0]}x24"
-    words = ["-displayfd", str(put), "-nolisten", "tcp", "-screen", "0", size, "-fbdir", tmp_path]
+    # Without -noreset, it begins anew when the last window closes, and refuses the next one
+    words = ["-displayfd", str(put), "-nolisten", "tcp", "-noreset"]
+    words += ["-screen", "0", size, "-fbdir", tmp_path]
     server = subprocess.Popen(["Xvfb", *words], pass_fds=[put], stderr=subprocess.DEVNULL)
     os.close(put)
     with os.fdopen(get) as numbers:

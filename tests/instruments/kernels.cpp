@@ -227,6 +227,9 @@ void refine_all(const cl::Device& device, const Folder& folder) {
     spec.propagation = propagation;
     CHECK(all_finite(refine(device, host, start, keys, spec).field.samples));
   }
+  auto before = keys[0];
+  before.z_m = -before.z_m;
+  CHECK(all_finite(refine(device, host, start, {&before, 1}, spec).field.samples));
   const Pupil pupil{1 * mm, {0, 0}, 0, 50 * mm};
   const RefineKey through_pupil[] = {
       {-0.6 * mm, {0, 0}, {0.5, 0.5}, picture, {8 * um, 8 * um}, 1, false, 0, {}, {}, pupil}};

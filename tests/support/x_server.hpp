@@ -109,7 +109,7 @@ public:
   }
 
   XServer(int width, int height) {
-    start({"Xvfb", "-displayfd", "3", "-nolisten", "tcp", "-screen", "0",
+    start({"Xvfb", "-displayfd", "3", "-nolisten", "tcp", "-noreset", "-screen", "0",
            std::to_string(width) + "x" + std::to_string(height) + "x24", "-fbdir",
            (folder_ / "").string()});
   }
