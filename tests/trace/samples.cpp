@@ -466,7 +466,7 @@ DEVICE_TEST("the samples of a plane do not depend on its triangles: 2 or 20,000"
   }
 }
 
-DEVICE_TEST("cells wider than a highlight show as much of it as the surface does") {
+DEVICE_TEST("cells wider than a highlight show as much of it as the surface does", "[slow]") {
   // A ball with a highlight of 45 um, seen by cells of 60 um in many places of the lattice
   const double radius = 0.3e-3;
   const Light sun{.direction = normalize(dvec3(0.2, -0.3, 1))};
