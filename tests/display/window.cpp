@@ -98,7 +98,7 @@ TEST_CASE("of two outputs the one that is named shows frames, and the other stay
     const auto frame = noise(size, 1, 7);
     display->flip(frame, 0);
     display->event();
-    CHECK(server.shows([&](const auto& shot) {
+    CHECK(server.shows([&, size = size, place = place](const auto& shot) {
       auto rest = shot;
       for (int y = 0; y < size.y; ++y)
         for (int x = 0; x < size.x; ++x) {
