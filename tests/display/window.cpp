@@ -138,7 +138,8 @@ void write_stream(const test::Desk& desk, glm::ivec2 size, int frames, double ra
           .dump());
 }
 
-TEST_CASE("600 frames: each refresh is shown, repeated or missed, and each flip has its line") {
+TEST_CASE("600 frames: each refresh is shown, repeated or missed, and each flip has its line",
+          "[slow]") {
   if (!can_test()) return;
   const XServer server(320, 200);
   const test::Desk desk;
@@ -174,7 +175,7 @@ TEST_CASE("600 frames: each refresh is shown, repeated or missed, and each flip 
   CHECK(std::abs((last_s - first_s) * 200 - last) < 1);  // refreshes are of the clock here
 }
 
-TEST_CASE("Ctrl-C ends the show with its report, and the screen is as before") {
+TEST_CASE("Ctrl-C ends the show with its report, and the screen is as before", "[slow]") {
   if (!can_test()) return;
   const XServer server(320, 200);
   const auto before = server.screenshot();
@@ -200,7 +201,7 @@ TEST_CASE("Ctrl-C ends the show with its report, and the screen is as before") {
   }
 }
 
-TEST_CASE("pictures, packed pictures and standard input are shown as they are") {
+TEST_CASE("pictures, packed pictures and standard input are shown as they are", "[slow]") {
   if (!can_test()) return;
   const XServer server(64, 48);
   const test::Desk desk;
@@ -228,8 +229,8 @@ TEST_CASE("pictures, packed pictures and standard input are shown as they are") 
   CHECK_SAYS(desk.run({"show", "--list"}).out, "screen, 64 x 48");
 }
 
-TEST_CASE(
-    "lines of flips arrive by UDP, at a serial port and in a file, and nobody has to listen") {
+TEST_CASE("lines of flips arrive by UDP, at a serial port and in a file, and nobody has to listen",
+          "[slow]") {
   if (!can_test()) return;
   const XServer server(64, 48);
   const test::Desk desk;
@@ -275,7 +276,7 @@ TEST_CASE(
   CHECK(std::count(lines.begin(), lines.end(), '\n') == 10);
 }
 
-TEST_CASE("reports tell the frames, their order, their lasers and the panel's rate") {
+TEST_CASE("reports tell the frames, their order, their lasers and the panel's rate", "[slow]") {
   if (!can_test()) return;
   const XServer server(64, 48);
   const test::Desk desk;
@@ -334,7 +335,7 @@ TEST_CASE("reports tell the frames, their order, their lasers and the panel's ra
                       "the format npy, which cannot be shown");
 }
 
-TEST_CASE("a scene that moves is computed while it is shown, with the bits of animate") {
+TEST_CASE("a scene that moves is computed while it is shown, with the bits of animate", "[slow]") {
   if (!can_test()) return;
   const XServer server(48, 32);
   test::Desk desk;
@@ -359,7 +360,7 @@ TEST_CASE("a scene that moves is computed while it is shown, with the bits of an
   CHECK_SAYS(outcome.out, "\"picture 0\"", "\"picture 2\"");
 }
 
-TEST_CASE("show says what is wrong with what it is given") {
+TEST_CASE("show says what is wrong with what it is given", "[slow]") {
   const test::Desk desk;
   const auto refuses = [&](std::vector<std::string> words, const std::string& says) {
     words.insert(words.begin(), "show");
