@@ -111,8 +111,8 @@ std::vector<StoredFrame> pictures_of_lasers(const nlohmann::json& json, const fs
 /// The pictures that hold three lasers in their channels; none where render was not told --rgb.
 std::vector<StoredFrame> rgb_pictures(const nlohmann::json& json, const fs::path& folder) {
   std::vector<StoredFrame> frames;
-  for (int i = 1; json.contains("files"); ++i) {
-    const auto name = "hologram_rgb" + (i == 1 ? "" : "_" + std::to_string(i)) + ".png";
+  for (std::size_t frame = 0; json.contains("files"); ++frame) {
+    const auto name = name_of_frame(frame, "png", "hologram_rgb");
     if (!json.at("files").contains(name)) break;
     frames.push_back({folder / name, ""});
   }

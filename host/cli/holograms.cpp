@@ -23,11 +23,6 @@
 namespace raywave::cli {
 namespace {
 
-std::string name_of_frame(std::size_t number, const std::string& format,
-                          const std::string& stem = "hologram") {
-  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
-}
-
 /// The pictures that a report was written beside.
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& report) {
   std::ifstream in(report);
@@ -67,6 +62,10 @@ void say_once(const std::string& note) {
 }
 
 }  // namespace
+
+std::string name_of_frame(std::size_t number, const std::string& format, const std::string& stem) {
+  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
+}
 
 std::vector<std::string> picture_names(const nlohmann::json& report) {
   if (report.contains("pictures")) return report.at("pictures").get<std::vector<std::string>>();

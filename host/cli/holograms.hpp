@@ -83,6 +83,10 @@ template <class Level = std::uint8_t>
 std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const SlmSpec& slm,
                                         glm::ivec2* size_px);
 
+/// "hologram.png", "hologram_2.png" ...: of frames from 0 on.
+std::string name_of_frame(std::size_t number, const std::string& format,
+                          const std::string& stem = "hologram");
+
 /// The names of the pictures that a report of one wavelength was written beside.
 std::vector<std::string> picture_names(const nlohmann::json& report);
 

@@ -89,7 +89,7 @@ std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
     pictures[i] =
         for_slm(LevelPicture{laser.plan.hologram.size, laser.levels[frame]}, laser.plan.slm);
   }
-  const auto name = "hologram_rgb" + (frame == 0 ? "" : "_" + std::to_string(frame + 1)) + ".png";
+  const auto name = name_of_frame(frame, "png", "hologram_rgb");
   save_picture(folder / name, pictures[0].size_px.x, pictures[0].size_px.y,
                packed_rgb(pictures, wavelengths_m));
   return name;

@@ -331,6 +331,7 @@ DisplayOutput KmsDisplay::open(const WantedOutput& wanted) {
 }
 
 void KmsDisplay::flip(const LevelFrame& frame, std::uint64_t refresh) {
+  if (fd_ < 0) throw DeviceError("output " + one_line(output_.name) + ": was closed");
   auto& buffer = buffers_[(asked_ + 1) % 2];
   std::vector<std::uint32_t> row(static_cast<std::size_t>(frame.size_px.x));
   for (int y = 0; y < frame.size_px.y; ++y) {

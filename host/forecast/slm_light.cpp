@@ -281,11 +281,14 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
     }
   }
   if (all > 0) light.on_picture = under_zero_order / all;
-  const auto carrier = carrier_of(slm, plan.hologram.pitch_m, plan.hologram.wavelength_m);
-  double kept = 1;
-  for (int axis = 0; axis < 2; ++axis)
-    if (carrier[axis] != 0) kept *= 1 - lost_by_shift(plan, view, axis, 1, carrier[axis]);
-  light.beyond_band = 1 - kept;
+  for (const double wavelength_m : wavelengths_m) {
+    const auto carrier = carrier_of(slm, plan.hologram.pitch_m, wavelength_m);
+    const double longer = wavelength_m / plan.hologram.wavelength_m;
+    double kept = 1;
+    for (int axis = 0; axis < 2; ++axis)
+      if (carrier[axis] != 0) kept *= 1 - lost_by_shift(plan, view, axis, longer, carrier[axis]);
+    light.beyond_band = std::max(light.beyond_band, 1 - kept);
+  }
   // Of the shortest wavelength, whose frequencies are the highest
   const double steepest =
       plan.hologram.wavelength_m / *std::min_element(wavelengths_m.begin(), wavelengths_m.end());

@@ -36,7 +36,8 @@ struct SlmLight {
   glm::dvec2 zero_order_m{0, 0}, zero_order_size_m{0, 0};
   bool zero_order_stopped = false;  // slm.stop keeps it away
   double on_picture = 0;            // share of the picture's light that it falls onto
-  double beyond_band = 0;           // share that slm.carrier and slm.shift make too steep
+  // Share of the laser's light that slm.carrier and slm.shift make too steep, where most of it is
+  double beyond_band = 0;
   // The slm.shift that brings the pictures of all lasers beside the zero order with the least loss,
   // and what each laser's picture loses, which gets too steep for the pixels; zero: some laser's
   // loses more than most_lost_beside

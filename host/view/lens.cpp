@@ -25,7 +25,7 @@ constexpr double launch_seconds = 0.2;
 void check(const LensSpec& what) {
   const auto positive = [](double value) { return std::isfinite(value) && value > 0; };
   constexpr double closest_m = 1e-6;
-  if (!std::isfinite(what.z_m) || std::abs(what.z_m) < closest_m)
+  if (!std::isfinite(what.z_m) || what.z_m == 0 || (!what.pupil && std::abs(what.z_m) < closest_m))
     throw InputError(
         "z: must not be 0, where a lens in the hologram's plane cannot focus: > 0 is beyond the "
         "hologram, < 0 on the eye's side");

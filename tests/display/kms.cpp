@@ -157,6 +157,7 @@ TEST_CASE("unplugging, and another program that takes the screens, end the show 
     display->open(second);
     CHECK_SAYS(device_error_of([&] { show(*display, 5); }), "HDMI-A-2", says);
     CHECK(kernel.is_as_before());
+    CHECK_SAYS(device_error_of([&] { show(*display, 1); }), "HDMI-A-2", "was closed");
   }
 }
 

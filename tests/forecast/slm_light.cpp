@@ -221,6 +221,11 @@ TEST_CASE("a given shift says what it moves beyond the band, as a sum over point
     CHECK(p.prediction.slm_light.beyond_band == Approx(lost).margin(0.01));
     CHECK(warning_with(p, "beyond the pixels' band").empty() == (lost == 0));
   }
+  const auto scene = scene_for({.shift_m = {0, 2.1 * mm}, .shift_distance_m = z_m});
+  const auto world = square_at({0, 0});
+  const auto plan = make_plan(scene, world);
+  const auto light = slm_light(plan, front_view(scene, world, plan), {500e-9, 220e-9});
+  CHECK(light.beyond_band == Approx(lost_by_points(1 * mm, 1 * mm, 2.1 * mm, 220e-9)).margin(0.01));
 }
 
 TEST_CASE("a stop that keeps the zero order away ends the warning") {

@@ -166,11 +166,9 @@ DEVICE_TEST(
                   "object.0.rotation=[0, 0, 0]", "materials.card.specular=0",
                   "object.0.position=['0.3 mm', '0.1 mm', '18 mm']"});
   const auto world = build_world(scene);
-  const auto rendered = render(device, scene, world, {.method = Method::points});
-  const auto& plan = rendered.plan;
+  const auto plan = make_plan(scene, world);
   const DeviceScene arrays(device, world, plan);
-  const SampleTable table(device, plan, arrays);
-  const auto light = sample_light(device, plan, arrays, table);
+  const auto light = sample_light(device, plan, arrays, {device, plan, arrays});
   REQUIRE(light.at_m.size() > 20);
   constexpr int fine = 32;
   double off = 0;

@@ -108,8 +108,9 @@ public:
            std::filesystem::exists("/usr/lib/xorg/modules/drivers/dummy_drv.so");
   }
 
+  /// One that does not begin anew when its last window closes: its screen is what that has left.
   XServer(int width, int height) {
-    start({"Xvfb", "-displayfd", "3", "-nolisten", "tcp", "-noreset", "-screen", "0",
+    start({"Xvfb", "-displayfd", "3", "-nolisten", "tcp", "-noreset", "-nocursor", "-screen", "0",
            std::to_string(width) + "x" + std::to_string(height) + "x24", "-fbdir",
            (folder_ / "").string()});
   }

@@ -37,6 +37,8 @@ public:
   /// Shows a frame from the next refresh on, and waits for it.
   ///
   /// levels  a byte for each pixel, or three (red, green, blue), rows from the top
+  /// throws  InputError for levels of another size, and when this is closed; DeviceError when the
+  ///         output is gone
   Flip show(std::span<const std::uint8_t> levels);
   /// What shows, and which proof there is, as JSON.
   std::string report() const;
