@@ -37,6 +37,9 @@ constexpr double end_in_cells = 6, step_of_pattern = 0.5;
 /// one sample misses at edges; for 6 depths and 1 frame. Light, over the root of the spots that a
 /// blur holds. Fitted to nine demo scenes at 1 and 4 frames (docs/planning.md).
 constexpr double refined_light = 8e-3, refined_missing = 0.04, refined_edges = 0.19;
+/// What stays of the field's error at edges, at depths between those refined towards, however many
+/// frames and iterations; between the teapot (0.15) and the study (0.05), in 4 and 16 frames.
+constexpr double left_of_edges = 0.1;
 /// What n iterations towards pictures made of samples leave of the error of phases: paced_rest +
 /// paced_first / n^paced_power, more where parts and depths contradict each other, less where
 /// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
@@ -683,9 +686,10 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
         (is_even ? std::max(0.0, row.uneven - row.missing) : 0) + copies_here;
     const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
     const double rows = static_cast<double>(model.rows.size());
-    const double refined_factor =
-        std::pow(model.refined_depths / 6.0, refined_by_depths) /
-        (std::pow(frames, refined_by_frames) * std::pow(model.refined_rounds, refined_by_rounds));
+    // Frames and rounds mend the light alone: what was not sampled, or is too steep, stays
+    const double by_depths = std::pow(model.refined_depths / 6.0, refined_by_depths),
+                 by_rounds = std::pow(frames, refined_by_frames) *
+                             std::pow(model.refined_rounds, refined_by_rounds);
     // Refinement knows it, and mends half (tests/refine/showing.cpp)
     const double fallen_here = row.fallen * (prediction.refined ? 0.5 : 1);
     const double stop_here = stop_factor * row.light * model.stopped;
@@ -698,12 +702,13 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
     // Refined phases have errors of their own: of light, where light is missing, at edges
     const double of_phases =
         haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
-        (is_refined ? refined_factor * refined_light * std::sqrt(grain) * row.light
+        (is_refined ? by_depths / by_rounds * refined_light * std::sqrt(grain) * row.light
                     : left * encoding_here);
     const double missing_here =
-        is_refined ? refined_factor * refined_missing * row.missing : row.missing;
+        is_refined ? by_depths * refined_missing * row.missing : row.missing;
     const double at_edges =
-        is_refined ? refined_factor * refined_edges * cells_at_edges : edges_here;
+        is_refined ? by_depths * refined_edges * cells_at_edges + left_of_edges * edges_here
+                   : edges_here;
     const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
     prediction.psnr_db.push_back(
         psnr(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));

@@ -379,7 +379,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     // Refined towards a lens, one frame may do what many refined towards samples take longer for
     const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
     if (knows_refinement && !(is_reached && without.iterations == 0) &&
-        (goal.budget_s || goal.psnr_db) && !s.refine && may_refine(s)) {
+        (goal.budget_s || goal.psnr_db || goal.preset == Preset::reference) && !s.refine &&
+        may_refine(s)) {
       refine();
       Candidates refined(s, world, device);
       auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);

@@ -70,7 +70,8 @@ TEST_CASE("without a goal the scene's values are kept") {
 
 TEST_CASE(
     "presets for pictures leave out the edge of the wave within the cone error that they state, "
-    "and reference keeps the whole wave") {
+    "and reference keeps the whole wave",
+    "[slow]") {
   const auto scene = over_wrps("teapot.toml");
   const auto world = build_world(scene);
   const auto plan_for = [&](const Goal& goal) { return plan_scene(scene, world, {}, goal); };
@@ -272,7 +273,7 @@ TEST_CASE("more frames than the panel shows are given a line, in an animation at
               "has 41.7 ms: give 2 at most"));
 }
 
-TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes longer") {
+TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes longer", "[slow]") {
   const auto rising = [](const Scene& scene, std::initializer_list<double> goals_db) {
     const auto world = build_world(scene);
     double before = 0;
@@ -287,11 +288,12 @@ TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes lon
   };
   rising(data_scene("teapot.toml"), {24.0, 26.0, 28.0, 29.5});
   // Where one frame refined towards a lens takes less than many refined towards samples
-  rising(data_scene("ball_smooth.toml",
-                    {"hologram.resolution=[1920, 1200]", "hologram.pitch=8 um", "wrp.grid=auto",
-                     "hologram.wavelength=532 nm", "object.0.width=5.8 mm",
-                     "object.0.position=[0, 0, '320 mm']"}),
-         {36.0, 37.0, 38.0, 39.0, 40.0});
+  rising(
+      data_scene("ball_smooth.toml", {"hologram.resolution=[1920, 1200]", "hologram.pitch=8 um",
+                                      "wrp.grid=auto", "hologram.wavelength=532 nm",
+                                      "object.0.width=5.8 mm", "object.0.position=[0, 0, '320 mm']",
+                                      "object.1.width=8 mm", "object.1.position=[0, 0, '324 mm']"}),
+      {36.0, 37.0, 38.0, 40.0, 42.0, 44.0});
 }
 
 TEST_CASE("a PSNR that no encoding reaches is reached by refinement, at its price") {
@@ -354,9 +356,9 @@ TEST_CASE("a PSNR is aimed at from above, as far as predictions may be wrong, or
 
 TEST_CASE("more iterations towards a lens are predicted as they were chosen") {
   const auto scene = data_scene("study.toml", {"viewer.resolution=100 um"});
-  const auto p = plan_scene(scene, build_world(scene), {}, {{}, {}, 60.0});
+  const auto p = plan_scene(scene, build_world(scene), {}, {{}, {}, 54.0});
   CHECK(p.scene.refine.value().iterations.value() > 28);
-  CHECK(p.prediction.pictures->mean_psnr_db >= 60);
+  CHECK(p.prediction.pictures->mean_psnr_db >= 54);
 }
 
 TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {

@@ -278,7 +278,8 @@ TEST_CASE("a plan says what beam, fill and source do to a scene, by closed forms
 }
 
 DEVICE_TEST(
-    "the contrast of speckle that a source leaves is that of pictures, within 4 % near the axis") {
+    "the contrast of speckle that a source leaves is that of pictures, within 4 % near the axis",
+    "[slow]") {
   const HologramSpec hologram{{320, 256}, glm::dvec2(4 * um), 500e-9};
   constexpr double away_m = 20 * mm;
   const auto contrast = [&](const SourceSpread& source) {
