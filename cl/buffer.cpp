@@ -32,6 +32,15 @@ void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
                     format_bytes(largest->bytes) + "; " + largest->advice);
 }
 
+bool fits(const Device& device, std::span<const MemoryNeed> needs) {
+  std::uint64_t total = 0;
+  for (const auto& need : needs) {
+    if (need.bytes > device.info().largest_buffer_bytes) return false;
+    total += need.bytes;
+  }
+  return total <= device.info().memory_bytes;
+}
+
 Copy& Copy::operator=(Copy&& other) noexcept {
   std::swap(device_, other.device_);
   std::swap(done_, other.done_);

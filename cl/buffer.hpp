@@ -21,6 +21,9 @@ using raywave::MemoryNeed;
 ///         buffer, or all together are more than its memory
 void require_memory(const Device& device, std::span<const MemoryNeed> needs);
 
+/// Whether require_memory lets the needs pass.
+bool fits(const Device& device, std::span<const MemoryNeed> needs);
+
 /// A copy to the host that is in progress. The memory that it writes to, and the buffer that it
 /// reads from, stay until it has ended: it is waited for at the latest when this goes. Movable, not
 /// copyable.

@@ -2,6 +2,7 @@
 #include "host/view/reconstruct.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
@@ -152,6 +153,47 @@ Image spread_over_disc(const Image& image, glm::dvec2 radius_px) {
   return spread;
 }
 
+/// Samples of the largest pieces of a plane whose propagation fits into the device's memory.
+///
+/// throws  DeviceError where no pieces fit
+glm::ivec2 piece_that_fits(const cl::Device& device, cl::FftBackend backend, glm::ivec2 size,
+                           const HologramSpec& spec, const ReconstructSpec& what,
+                           glm::ivec2 window) {
+  constexpr int least = 256;
+  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
+    return each * static_cast<std::uint64_t>(plane.x) * plane.y;
+  };
+  for (auto piece = size;;) {
+    const auto padded = padded_size(piece, what.padding, spec.pitch_m, spec.wavelength_m, what.z_m);
+    const std::string advice = "a smaller hologram needs less";
+    std::vector<cl::MemoryNeed> needs{
+        {"padded plane", bytes(padded, 8), advice},
+        {"sum of spectra", bytes(padded, 8), advice},
+        {"hologram field", bytes(piece, 8), advice},
+        {"reconstruction", bytes(window, 4), "a smaller window needs less"}};
+    if (backend == cl::FftBackend::clfft)
+      needs.push_back({"work space of the FFT", bytes(padded, 8), advice});
+    const int axis = piece.x < piece.y;
+    const int half = (piece[axis] + 1) / 2;
+    if (half < least || cl::fits(device, needs)) {
+      cl::require_memory(device, needs);
+      return piece;
+    }
+    piece[axis] = half;
+  }
+}
+
+/// The piece of a plane, with zeros where it reaches beyond.
+std::vector<std::complex<float>> part_of(const std::vector<std::complex<float>>& plane,
+                                         glm::ivec2 size, const WindowTile& part,
+                                         glm::ivec2 piece) {
+  std::vector<std::complex<float>> samples(static_cast<std::size_t>(piece.x) * piece.y);
+  for (int y = 0; y < part.used.y; ++y)
+    std::copy_n(plane.data() + static_cast<std::size_t>(part.first.y + y) * size.x + part.first.x,
+                part.used.x, samples.data() + static_cast<std::size_t>(y) * piece.x);
+  return samples;
+}
+
 /// The picture of one colour, which light of one direction shows.
 Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldStack& hologram,
                 HologramSpec spec, const ReconstructSpec& what, glm::ivec2 window,
@@ -164,28 +206,24 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
   const int nx = hologram.nx, ny = hologram.ny;
   const auto across = kept_along(hologram.source, colour, 0, nx, spec.pitch_m.x),
              down = kept_along(hologram.source, colour, 1, ny, spec.pitch_m.y);
-  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
-    return each * static_cast<std::uint64_t>(plane.x) * plane.y;
-  };
-  const auto padded = padded_size(size, what.padding, spec.pitch_m, spec.wavelength_m, what.z_m);
-  const std::string advice = "a smaller hologram needs less";
-  cl::require_memory(device,
-                     std::vector<cl::MemoryNeed>{
-                         {"padded plane", bytes(padded, 8), advice},
-                         {"sum of spectra", bytes(padded, 8), advice},
-                         {"hologram field", bytes(size, 8), advice},
-                         {"reconstruction", bytes(window, 4), "a smaller window needs less"}});
   const double unit = unit_of(hologram);
+  const auto piece = piece_that_fits(device, backend, size, spec, what, window);
   Propagator propagator(device,
-                        {size, spec.pitch_m, spec.wavelength_m, what.padding, backend, what.z_m});
-  auto tiles = tiles_of(window, size, spec.pitch_m);
+                        {piece, spec.pitch_m, spec.wavelength_m, what.padding, backend, what.z_m});
+  const auto pieces = tiles_of(size, piece, spec.pitch_m);
+  const auto target_of = [&](const WindowTile& from, const WindowTile& to) {
+    return Target{to.centre_m - from.centre_m, -what.z_m};
+  };
+  auto tiles = tiles_of(window, piece, spec.pitch_m);
   std::erase_if(tiles, [&](const WindowTile& tile) {
-    return !propagator.reaches({tile.centre_m, -what.z_m});
+    return std::none_of(pieces.begin(), pieces.end(), [&](const WindowTile& from) {
+      return propagator.reaches(target_of(from, tile));
+    });
   });
-  std::vector<Target> targets;
-  for (const auto& tile : tiles) targets.push_back({tile.centre_m, -what.z_m});
+  std::vector<Target> targets;  // of a hologram in one piece, which is loaded once
+  for (const auto& tile : tiles) targets.push_back(target_of(pieces[0], tile));
 
-  cl::ComplexBuffer field(device, static_cast<std::size_t>(size.x) * size.y, "hologram field");
+  cl::ComplexBuffer field(device, static_cast<std::size_t>(piece.x) * piece.y, "hologram field");
   cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y,
                               "reconstruction");
   intensity.fill_zero();
@@ -206,14 +244,25 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
         masked[i] = open ? std::complex<float>(value) : 0;
       }
     }
-    field.write(pupil ? (*pupil)(masked) : masked);
-    propagator.load(field, 0, targets);
+    const auto light = pupil ? (*pupil)(masked) : masked;
+    if (pieces.size() == 1) {
+      field.write(light);
+      propagator.load(field, 0, targets);
+    }
     for (const auto& tile : tiles) {
-      propagator.add({tile.centre_m, -what.z_m});
+      for (const auto& from : pieces) {
+        const auto target = target_of(from, tile);
+        if (pieces.size() > 1) {
+          if (!propagator.reaches(target)) continue;
+          field.write(part_of(light, size, from, piece));
+          propagator.load(field, 0, std::array{target});
+        }
+        propagator.add(target);
+      }
       propagator.collect(field);
       const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x),
                  rows = static_cast<std::size_t>(tile.used.y);
-      add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, size.x, window.x,
+      add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, piece.x, window.x,
                         tile.first.x, tile.first.y, tile.used.x, tile.used.y,
                         1.0f / static_cast<float>(hologram.frames));
       if (progress)

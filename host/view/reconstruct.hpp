@@ -55,7 +55,8 @@ std::vector<WindowTile> tiles_of(glm::ivec2 window, glm::ivec2 size, glm::dvec2 
 
 /// Intensity (|u|^2 averaged over frames) on the hologram's pitch; the window is a whole number of
 /// samples. Windows larger than the hologram are put together from tiles, each a shifted
-/// propagation of its own; tiles that no light of the hologram reaches stay black.
+/// propagation of its own; tiles that no light of the hologram reaches stay black. A hologram whose
+/// padded plane does not fit into the device's memory is propagated in pieces.
 ///
 /// FieldStack::source adds up what light of other directions and colours shows: the picture is the
 /// mean over a disc of the source's size times |z|, and over colours of the spectrum, at most 129.

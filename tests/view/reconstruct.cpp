@@ -95,6 +95,26 @@ DEVICE_TEST(
   }
 }
 
+DEVICE_TEST("a hologram too large for the device's memory is propagated in pieces, to the same") {
+  const HologramSpec h{{621, 501}, {4 * um, 4 * um}, 638e-9};
+  const auto hologram = point_hologram(h, {0.4 * mm, 0.3 * mm, 30 * mm}, 1 * mm, {0.2 * mm, 0});
+  const ReconstructSpec what{.z_m = 24 * mm, .window_m = glm::dvec2(2.8 * mm, 1.7 * mm)};
+  auto info = device.info();
+  info.memory_bytes = 17 << 20;  // 24 MiB are needed in one piece
+  const auto whole = reconstruct(device, host, hologram, h, what),
+             pieces = reconstruct(cl::Device(info), host, hologram, h, what);
+  REQUIRE(pieces.width == whole.width);
+  const float brightest = *std::max_element(whole.pixels.begin(), whole.pixels.end());
+  float worst = 0;
+  for (std::size_t i = 0; i < whole.pixels.size(); ++i)
+    worst = std::max(worst, std::abs(pieces.pixels[i] - whole.pixels[i]) / brightest);
+  CHECK(worst < 2e-3f);
+  CHECK(worst > 0);  // not by the same way
+  info.memory_bytes = 1 << 20;
+  CHECK_SAYS(device_error_of([&] { reconstruct(cl::Device(info), host, hologram, h, what); }),
+             "a smaller");
+}
+
 DEVICE_TEST("seen from +x, a point beyond the plane looked at moves to +x, one before it to -x") {
   const HologramSpec h{{160, 128}, {4 * um, 4 * um}, 638e-9};
   const auto hologram = point_hologram(h, {0, 0, 12 * mm});
