@@ -153,6 +153,17 @@ TEST_CASE("--json prints JSON alone, and with a file the usual text beside it") 
   check_refused(desk.run({"devices", "--quiet", "--json", scene + "/report.json"}), 2, scene);
 }
 
+TEST_CASE("bench wants as many holograms a second as a rate of pictures takes") {
+  const Desk desk;
+  const auto outcome = desk.run({"bench", "--json", desk.file("scene.toml"), "--quick", "--frames",
+                                 "1", "--rate", "0.5", "--set", "sampling.frames=3"});
+  INFO(outcome.err);
+  REQUIRE(outcome.code == 0);
+  const auto row = Json::parse(outcome.out)["rows"][0];
+  CHECK(row["holograms_per_frame"] == 3);
+  CHECK(row["required_per_s"] == 1.5);
+}
+
 TEST_CASE("refine writes a hologram that reconstruct reads, and goes on where it ended") {
   const Desk desk;
   const auto scene = desk.file("scene.toml"), out = desk.file("out"), more = desk.file("more");

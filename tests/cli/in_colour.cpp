@@ -307,7 +307,7 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
   refused(out + "report.json", three, "refined_520nm.npy");
 }
 
-TEST_CASE("two and four lasers do all that three do, but --rgb") {
+TEST_CASE("two and four lasers do all that three do, but --rgb", "[slow]") {
   for (const std::vector<std::string>& lasers :
        {std::vector<std::string>{"638", "520"}, {"638", "589", "520", "450"}}) {
     Desk desk;
@@ -372,7 +372,7 @@ TEST_CASE("two and four lasers do all that three do, but --rgb") {
   }
 }
 
-TEST_CASE("bench and trade take the scene of three lasers, and quality one laser of it") {
+TEST_CASE("bench and trade take the scene of three lasers, and quality one laser of it", "[slow]") {
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml");

@@ -50,7 +50,8 @@ TEST_CASE("what plan warns of is said by render, quality and animate, and is in 
   check(outcome, report_of(desk, "moving/report.json")["notes"]);
 }
 
-TEST_CASE("plan states the memory that a render's process holds, within 1.25 of what it took") {
+TEST_CASE("plan states the memory that a render's process holds, within 1.25 of what it took",
+          "[slow]") {
   Desk desk;
   const auto scene = desk.file("scene.toml");
   const std::vector<std::string> usual{"--set", "hologram.resolution=[2600, 1800]",
@@ -132,7 +133,7 @@ TEST_CASE("drivers that compile clFFT's kernels print nothing of their own", "[s
   CHECK(has_notes_alone(outcome.err));
 }
 
-TEST_CASE("render --psnr says what it reached, as quality measures it on finer pixels") {
+TEST_CASE("render --psnr says what it reached, as quality measures it on finer pixels", "[slow]") {
   const Desk desk;
   for (const auto& [asked_db, set] : {std::pair(20, "sampling.pitch=auto"), {70, "slm.bits=8"}}) {
     const std::vector<std::string> goal{

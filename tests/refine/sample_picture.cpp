@@ -320,7 +320,8 @@ Scene near_eye_scene(const std::vector<std::string>& more) {
   return load_scene(RAYWAVE_DATA_DIR "/near_eye.toml", overrides);
 }
 
-DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture that a lens sees") {
+DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture that a lens sees",
+            "[slow]") {
   // Side by side: near the hologram, masks of what is hidden are coarse
   const auto scene =
       near_eye_scene({"refine.iterations=4", "object.0.width=0.9mm", "object.1.width=0.9mm",
@@ -368,7 +369,8 @@ DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture t
   }
 }
 
-DEVICE_TEST("near-eye levels refined show no less than the field through any pupil and depth") {
+DEVICE_TEST("near-eye levels refined show no less than the field through any pupil and depth",
+            "[slow]") {
   for (const auto& pupil : {"2mm", "3mm", "4mm"}) {
     const auto scene =
         near_eye_scene({"refine.iterations=8", std::string("viewer.pupil=") + pupil});

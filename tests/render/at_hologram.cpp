@@ -107,7 +107,8 @@ DEVICE_TEST(
 
 DEVICE_TEST(
     "points from 1 to 95 mm whose light is too steep for most pixels are the direct sum of their "
-    "waves under plane, converging and tilted light") {
+    "waves under plane, converging and tilted light",
+    "[slow]") {
   for (const auto& light : lights)
     check_sum(device, light, Method::points, {1e-3, 1.2e-3, 1.5e-3, 2e-3, 95e-3});
 }

@@ -213,7 +213,8 @@ DEVICE_TEST("shared edges, shared corners and coincident layers give one sample 
 
 DEVICE_TEST(
     "antialiased samples lie at the centroid of the covered parts of their cells and weigh the "
-    "covered area, wherever the edges lie") {
+    "covered area, wherever the edges lie",
+    "[slow]") {
   for (const double half : {0.3e-3, 0.307e-3, 0.3123e-3}) {
     Stage stage;
     stage.add(rectangle({0, 0, 20e-3}, {half, 0, 0}, {0, half, 0}), glowing());
