@@ -37,8 +37,8 @@ struct QualitySpec {
   int border_px = picture_border_px;  // left out on every side after the blur
   // Pictures have pixels of so many of the hologram's, before the blur: faster
   int square_px = 1;
-  bool field = true;     // also judge the complex field
-  int lens_points = 12;  // per axis, of the lens that rays start from; 24: within 0.2 dB
+  bool field = true;    // also judge the complex field
+  int lens_points = 6;  // per axis, of the lens that rays start from; 12: within 0.1 dB
   // Also compare the first frame's fields with those of Method::points
   bool against_points = false;
   // Called before the first picture with the seconds that all are predicted to take, when given

@@ -247,15 +247,9 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
       c.sure_db = pictures.sure_db();
       all.push_back(c);
     };
-    const auto add_choice = [&, error = error](int rounds) {
-      c.seconds = predict_times(work, device_.rates).total_s();
-      auto model = *layout.model;
-      model.refined_rounds *= rounds;
-      predict(model, error);
-    };
+    c.seconds = predict_times(work, device_.rates).total_s();
+    predict(*layout.model, error);
     if (!scene_.refine) {
-      c.iterations = 0;
-      add_choice(1);
       if (!serves_samples(plan, scene_.viewer) || !may_refine(scene_)) continue;
       auto paced = plan;
       paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
@@ -272,16 +266,7 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
         set_refinement(model, paced);
         predict(model, error);
       }
-      continue;
     }
-    const double once = work.refine_butterflies;
-    for (const int rounds : rounds_tried) {
-      if (rounds > 1 && scene_.refine->iterations) break;
-      if (rounds > 1) c.iterations = rounds * planned_iterations(plan);
-      work.refine_butterflies = rounds * once;
-      add_choice(rounds);
-    }
-    work.refine_butterflies = once;
   }
 }
 

@@ -25,9 +25,6 @@ inline constexpr std::array paddings_tried{1.0, 1.125, 1.25, 1.5, 2.0};
 /// a cone that lets go of the hologram's edge, whose pictures have the least speckle.
 inline constexpr std::array cones_tried{Cone{1.2, 0.2}, Cone{1.2, 0.3}, Cone{1.1, 0.3}};
 
-/// Iterations tried where refine.iterations is open, in units of what the pictures need.
-inline constexpr std::array rounds_tried{1, 2, 4};
-
 /// Iterations tried at the pace of frames, towards pictures made of samples, where the scene says
 /// nothing of refinement.
 inline constexpr std::array paced_tried{2, 4, 8};

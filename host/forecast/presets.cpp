@@ -177,8 +177,7 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
       {pictures.missing,
        "light that the pixels cannot show: bring the scene closer to the axis or farther away"},
       {pictures.encoding,
-       is_refined ? "what phases leave: more refine.iterations or sampling.frames, or a larger "
-                    "viewer.resolution"
+       is_refined ? "what phases leave: more sampling.frames, or a larger viewer.resolution"
        : is_near_hologram(plan)
            ? std::string("brightness that phases do not show near their own plane: ") +
                  (scene.slm.stop ? ""
@@ -318,9 +317,11 @@ std::vector<std::string> reasons_of(const Scene& scene, bool is_chosen, const Pl
 std::string why_less(const Goal& goal, const Choice& best, const Choice& choice,
                      std::size_t lasers) {
   if (best.psnr_db - choice.psnr_db < 0.05) return "";
-  return (goal.rate_per_s ? number_text(*goal.rate_per_s) +
-                                (*goal.rate_per_s == 1 ? " picture a second" : " pictures a second")
-                          : "the budget") +
+  return (choice.seconds > *goal.budget_s ? "the fastest"
+          : goal.rate_per_s
+              ? number_text(*goal.rate_per_s) +
+                    (*goal.rate_per_s == 1 ? " picture a second" : " pictures a second")
+              : "the budget") +
          ": " + decibels_text(best.psnr_db - choice.psnr_db) +
          " below the most accurate plan, which has " + decibels_text(best.psnr_db) + " in " +
          duration_text(best.seconds * static_cast<double>(lasers)) + ", " +

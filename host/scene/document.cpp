@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/scene/document.hpp"
 
+#include <cctype>
 #include <charconv>
 #include <fstream>
 #include <regex>
@@ -161,7 +162,10 @@ void apply_override(Document& document, const std::string& text) {
              ", counted from 0, so " + in_quotes(key) + " is none of them" + of_gltf(path));
       node = array->get(index);
     } else {
-      fail("names no key of a scene");
+      const auto list = path.substr(0, path.size() - rest.size());  // with its dot
+      const bool names_none = node->is_array_of_tables() && !std::isdigit(key.front());
+      fail("names no key of a scene" +
+           (names_none ? "; " + list + "0." + std::string(key) + " is that of the first" : ""));
     }
     rest.remove_prefix(dot + 1);
   }

@@ -107,7 +107,7 @@ def quality(
     window: Pair | None = None,
     blur: float | None = None,
     border: int = 20,
-    lens_points: int = 12,
+    lens_points: int = 6,
     device: str = "",
     fft: str = "",
     progress: Progress = None,

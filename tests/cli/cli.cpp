@@ -160,7 +160,7 @@ TEST_CASE("bench wants as many holograms a second as a rate of pictures takes") 
   INFO(outcome.err);
   REQUIRE(outcome.code == 0);
   const auto row = Json::parse(outcome.out)["rows"][0];
-  CHECK(row["holograms_per_frame"] == 3);
+  CHECK(row["scene"]["holograms_per_frame"] == 3);
   CHECK(row["required_per_s"] == 1.5);
 }
 

@@ -354,13 +354,6 @@ TEST_CASE("a PSNR is aimed at from above, as far as predictions may be wrong, or
   }
 }
 
-TEST_CASE("more iterations towards a lens are predicted as they were chosen") {
-  const auto scene = data_scene("study.toml", {"viewer.resolution=100 um"});
-  const auto p = plan_scene(scene, build_world(scene), {}, {{}, {}, 54.0});
-  CHECK(p.scene.refine.value().iterations.value() > 28);
-  CHECK(p.prediction.pictures->mean_psnr_db >= 54);
-}
-
 TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {
   for (const char* name : {"teapot.toml", "study.toml", "plane.toml"}) {
     INFO(name);
