@@ -231,7 +231,7 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
       cl::Program(device, "kernels/view/reconstruct.cl", {}).kernel("add_intensity");
   const bool cpu = device.info().kind == cl::DeviceKind::cpu;
 
-  std::vector<std::complex<float>> masked(static_cast<std::size_t>(nx) * ny);
+  std::vector<std::complex<float>> masked(static_cast<std::size_t>(nx) * ny), filtered;
   std::size_t done = 0;
   for (int frame = 0; frame < hologram.frames; ++frame) {
     for (int y = 0; y < ny; ++y) {
@@ -244,7 +244,8 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
         masked[i] = open ? std::complex<float>(value) : 0;
       }
     }
-    const auto light = pupil ? (*pupil)(masked) : masked;
+    if (pupil) filtered = (*pupil)(masked);
+    const auto& light = pupil ? filtered : masked;
     if (pieces.size() == 1) {
       field.write(light);
       propagator.load(field, 0, targets);
