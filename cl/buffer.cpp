@@ -16,29 +16,25 @@ std::string too_large(const DeviceInfo& info, const std::string& name, std::uint
 
 }  // namespace
 
-void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
+std::string memory_shortage(const Device& device, std::span<const MemoryNeed> needs) {
   const auto& info = device.info();
   std::uint64_t total = 0;
   for (const auto& need : needs) {
     if (need.bytes > info.largest_buffer_bytes)
-      throw DeviceError(too_large(info, need.name, need.bytes) + "; " + need.advice);
+      return too_large(info, need.name, need.bytes) + "; " + need.advice;
     total += need.bytes;
   }
-  if (total <= info.memory_bytes) return;
+  if (total <= info.memory_bytes) return "";
   const auto largest = std::max_element(
       needs.begin(), needs.end(), [](const auto& a, const auto& b) { return a.bytes < b.bytes; });
-  throw DeviceError(format_bytes(total) + " of device memory asked, " + info.name + " has " +
-                    format_bytes(info.memory_bytes) + "; most goes to: " + largest->name + ", " +
-                    format_bytes(largest->bytes) + "; " + largest->advice);
+  return format_bytes(total) + " of device memory asked, " + info.name + " has " +
+         format_bytes(info.memory_bytes) + "; most goes to: " + largest->name + ", " +
+         format_bytes(largest->bytes) + "; " + largest->advice;
 }
 
-bool fits(const Device& device, std::span<const MemoryNeed> needs) {
-  std::uint64_t total = 0;
-  for (const auto& need : needs) {
-    if (need.bytes > device.info().largest_buffer_bytes) return false;
-    total += need.bytes;
-  }
-  return total <= device.info().memory_bytes;
+void require_memory(const Device& device, std::span<const MemoryNeed> needs) {
+  if (const auto shortage = memory_shortage(device, needs); !shortage.empty())
+    throw DeviceError(shortage);
 }
 
 Copy& Copy::operator=(Copy&& other) noexcept {

@@ -15,14 +15,14 @@ namespace raywave::cl {
 
 using raywave::MemoryNeed;
 
+/// What is short, with the caller's advice, when one need is larger than the device's largest
+/// buffer, or all together are more than its memory; empty when they fit.
+std::string memory_shortage(const Device& device, std::span<const MemoryNeed> needs);
+
 /// Refuses needs that cannot fit, before any memory is taken.
 ///
-/// throws  DeviceError, with the caller's advice, when one need is larger than the device's largest
-///         buffer, or all together are more than its memory
+/// throws  DeviceError, with the memory_shortage
 void require_memory(const Device& device, std::span<const MemoryNeed> needs);
-
-/// Whether require_memory lets the needs pass.
-bool fits(const Device& device, std::span<const MemoryNeed> needs);
 
 /// A copy to the host that is in progress. The memory that it writes to, and the buffer that it
 /// reads from, stay until it has ended: it is waited for at the latest when this goes. Movable, not

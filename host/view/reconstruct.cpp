@@ -175,10 +175,9 @@ glm::ivec2 piece_that_fits(const cl::Device& device, cl::FftBackend backend, glm
       needs.push_back({"work space of the FFT", bytes(padded, 8), advice});
     const int axis = piece.x < piece.y;
     const int half = (piece[axis] + 1) / 2;
-    if (half < least || cl::fits(device, needs)) {
-      cl::require_memory(device, needs);
-      return piece;
-    }
+    const auto shortage = cl::memory_shortage(device, needs);
+    if (shortage.empty()) return piece;
+    if (half < least) throw DeviceError(shortage);
     piece[axis] = half;
   }
 }

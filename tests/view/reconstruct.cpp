@@ -100,7 +100,7 @@ DEVICE_TEST("a hologram too large for the device's memory is propagated in piece
   const auto hologram = point_hologram(h, {0.4 * mm, 0.3 * mm, 30 * mm}, 1 * mm, {0.2 * mm, 0});
   const ReconstructSpec what{.z_m = 24 * mm, .window_m = glm::dvec2(2.8 * mm, 1.7 * mm)};
   auto info = device.info();
-  info.memory_bytes = 17 << 20;  // 24 MiB are needed in one piece
+  info.memory_bytes = 17 << 20;  // less than one piece needs
   const auto whole = reconstruct(device, host, hologram, h, what),
              pieces = reconstruct(cl::Device(info), host, hologram, h, what);
   REQUIRE(pieces.width == whole.width);
