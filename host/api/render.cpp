@@ -401,18 +401,49 @@ struct Animation::State {
 
 struct Renderer::State {
   State(const Scene& scene, const RenderOptions& options)
-      : of(scene), opened(open(options.on)), keep_field(options.keep_field) {
-    make(scene.state(), options);
-  }
-
-  void make(const Scene::State& scene, const RenderOptions& options) {
-    auto how = options_of(options, opened);
+      : of(scene),
+        opened(open(options.on)),
+        how(options_of(options, opened)),
+        keep_field(options.keep_field) {
     if (how.progress) how.progress("meshes", 0);
-    auto world = scene.world();
+    auto world = of.state().world();
     std::vector<Planned> plans;
-    scenes = planned(scene, world, options, opened.device.info(), how, plans);
+    scenes = planned(of.state(), world, options, opened.device.info(), how, plans);
     how.keep_field = keep_field || scenes.size() > 1;  // which decides the lasers' powers
     renderer.emplace(opened.device, scenes, std::move(world), how);
+  }
+
+  /// Begins anew with another mesh, everything else as it is now.
+  void set_mesh(std::size_t object, const MeshView& mesh) {
+    auto with_mesh = of;
+    with_mesh.set_mesh(object, mesh);
+    auto now = scenes_now();
+    for (auto& scene : now) scene.objects[object].mesh = in_memory;
+    const auto& files = with_mesh.state().read_files();
+    auto world = place_objects(now.front(), files.meshes, files.textures);
+    renderer.emplace(opened.device, now, std::move(world), how);
+    scenes = std::move(now);
+    of = std::move(with_mesh);
+  }
+
+  void set_light(std::size_t light, const std::vector<std::string>& values) {
+    const auto lights = scenes[0].lights.size();
+    if (light >= lights)
+      throw InputError("light " + std::to_string(light) + ": there are " + std::to_string(lights) +
+                       ", counted from 0");
+    auto changes = of_lights;
+    for (const auto& value : values)
+      changes.push_back("light." + std::to_string(light) + "." + value);
+    auto overrides = of.overrides();
+    overrides.insert(overrides.end(), changes.begin(), changes.end());
+    renderer->set_light(light, parse_scenes(of.state().text, overrides).front().lights[light]);
+    of_lights = std::move(changes);
+  }
+
+  std::vector<raywave::Scene> scenes_now() const {
+    std::vector<raywave::Scene> now;
+    for (std::size_t i = 0; i < scenes.size(); ++i) now.push_back(renderer->scene(i));
+    return now;
   }
 
   Rendered render() {
@@ -425,8 +456,10 @@ struct Renderer::State {
   bool is_busy = false;
   Scene of;
   Opened opened;
+  raywave::RenderOptions how;
   bool keep_field;
   std::vector<raywave::Scene> scenes;         // of each laser
+  std::vector<std::string> of_lights;         // overrides since
   std::vector<std::string> notes;             // of the last picture
   std::optional<raywave::Renderer> renderer;  // of all lasers
 };
@@ -519,6 +552,16 @@ void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& 
   state_->renderer->set_pose(object, vector_of(position_m), vector_of(rotation_deg));
 }
 
+void Renderer::set_mesh(std::size_t object, const MeshView& mesh) {
+  const Turn turn(state_->mutex, state_->is_busy);
+  state_->set_mesh(object, mesh);
+}
+
+void Renderer::set_light(std::size_t light, const std::vector<std::string>& values) {
+  const Turn turn(state_->mutex, state_->is_busy);
+  state_->set_light(light, values);
+}
+
 void Renderer::set_seed(std::uint32_t seed) {
   const Turn turn(state_->mutex, state_->is_busy);
   state_->renderer->set_seed(seed);
@@ -527,10 +570,7 @@ void Renderer::set_seed(std::uint32_t seed) {
 Hologram Renderer::render() {
   const Turn turn(state_->mutex, state_->is_busy);
   auto result = state_->render();
-  std::vector<raywave::Scene> scenes;
-  for (std::size_t i = 0; i < state_->scenes.size(); ++i)
-    scenes.push_back(state_->renderer->scene(i));
-  return hologram_of(chosen(state_->of.state(), std::move(scenes)), std::move(result),
+  return hologram_of(chosen(state_->of.state(), state_->scenes_now()), std::move(result),
                      state_->opened);
 }
 

@@ -14,7 +14,6 @@
 namespace raywave::v0 {
 namespace {
 
-constexpr const char* in_memory = "(mesh in memory)";
 constexpr double largest_coordinate = 1e30;  // as all numbers of a scene
 
 /// Whether both scenes read the same from the same files.

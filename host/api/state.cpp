@@ -5,6 +5,8 @@
 
 #include <algorithm>
 #include <cmath>
+#include <mutex>
+#include <optional>
 #include <utility>
 
 #include "host/common/error.hpp"
@@ -78,6 +80,14 @@ cl::DeviceInfo device_info(const std::string& device) {
 
 Opened open(const DeviceOptions& on) {
   const cl::Device device(device_info(on.device));
+  {
+    // The last device stays open, so that the next call finds its kernels loaded (a quarter of a
+    // second of the teapot's). No destructor: drivers may be gone before statics are
+    static std::mutex mutex;
+    static auto* const last = new std::optional<cl::Device>;
+    const std::lock_guard lock(mutex);
+    last->emplace(device);
+  }
   const auto fft = on.fft.value_or(cl::default_backend(device.info()));
   if (!cl::serves(fft, device.info()))
     throw DeviceError("fft " + std::string(name_of(fft)) + " does not serve " + device.info().name);

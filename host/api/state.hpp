@@ -24,6 +24,9 @@
 
 namespace raywave::v0 {
 
+/// Object::mesh of one that no file holds.
+constexpr const char* in_memory = "(mesh in memory)";
+
 /// Meshes and textures, read when they are first asked for. Scenes that name the same share one.
 struct Files {
   std::mutex mutex;

@@ -255,7 +255,8 @@ std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& vi
 
 std::optional<glm::dvec2> DepthOptions::window_m() const {
   if (window.empty()) return std::nullopt;
-  const auto [x, y] = two_parts(window, 'x', "--window");
+  const auto [x, y] =
+      two_parts(window, window.find(',') != std::string::npos ? ',' : 'x', "--window");
   const auto side = [&](const std::string& text, const char* name) {
     return positive_length_m(text, "--window " + in_quotes(window) + ": the " + name);
   };

@@ -64,13 +64,6 @@ void run_reconstruct(const ReconstructArguments& options) {
   const LaserHolograms given(options.hologram, options.field);
   if (options.field && !given.lasers)
     throw InputError("--field takes the report of several lasers; give field.npy for one");
-  std::vector<FieldStack> holograms;
-  std::vector<HologramSpec> specs;
-  for (const auto& one : given.each) {
-    holograms.push_back(one.load());
-    specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
-  }
-
   ReconstructSpec what;
   what.window_m = options.depths.window_m();
   what.view = options.view.view();
@@ -78,6 +71,13 @@ void run_reconstruct(const ReconstructArguments& options) {
   options.view.check_percentile();
   const auto viewer = options.viewer(given.each[0]);
   const auto depths_m = options.depths.depths_m([&] { return viewer; });
+
+  std::vector<FieldStack> holograms;
+  std::vector<HologramSpec> specs;
+  for (const auto& one : given.each) {
+    holograms.push_back(one.load());
+    specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
+  }
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());

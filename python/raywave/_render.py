@@ -33,7 +33,16 @@ from ._light import (
     _text,
     _whole,
 )
-from ._scene import Scene, Vector, _one_wavelength, _vector, _warn
+from ._scene import (
+    Scene,
+    Value,
+    Vector,
+    _arrays_of,
+    _one_wavelength,
+    _overrides,
+    _vector,
+    _warn,
+)
 
 
 def _goal(
@@ -497,6 +506,23 @@ class Renderer:
         """
         index = _whole(object, "object", 0, self._core.objects - 1)
         self._core.set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))
+
+    def set_mesh(self, object: int, mesh: Any) -> None:
+        """Gives an object another mesh: arrays, points or a trimesh, as SceneObject.mesh takes
+        them; poses, lights and what was planned stay. Trees are built anew: the teapot's next
+        picture takes three to four times as long. Raises InputError for a mesh that cannot be;
+        the renderer then stays as it was.
+        """
+        index = _whole(object, "object", 0, self._core.objects - 1)
+        self._core.set_mesh(index, _core.MeshArrays(*_arrays_of(mesh)))
+
+    def set_light(self, light: int, **values: Value) -> None:
+        """Changes keys of a light, as scene files have them: set_light(0, direction=(0, 0, 1),
+        intensity=0.5). Its type, falloff, highlights, samples and picture stay. Raises InputError
+        for a key or a value that cannot be; the light then stays as it was.
+        """
+        index = _whole(light, "light", 0, 2**31 - 1)
+        self._core.set_light(index, _overrides(values))
 
     def set_seed(self, seed: int) -> None:
         """Sets the seed of the random phases of the next pictures, 0 to 2^32 - 1."""

@@ -110,7 +110,7 @@ class SceneObject:
             self._scene._core.set([f"object.{self._index}.mesh={_toml(mesh)}"])
             self._scene._meshes.pop(self._index, None)
             return
-        self._scene._core.set_mesh(self._index, *_arrays_of(mesh))
+        self._scene._core.set_mesh(self._index, _core.MeshArrays(*_arrays_of(mesh)))
         self._scene._meshes[self._index] = mesh
 
     @property

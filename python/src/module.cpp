@@ -54,31 +54,35 @@ std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char
   return faces;
 }
 
-void set_mesh(raywave::Scene& scene, std::size_t object, nb::handle vertices, nb::handle faces,
-              nb::handle uv, nb::handle normals, nb::handle colours, nb::bytes texture,
-              nb::handle radii) {
-  if (vertices.is_none()) refuse("vertices", "must be an array of the shape (n, 3), got None");
-  if (faces.is_none() && radii.is_none())
-    refuse("faces", "must be an array of the shape (n, 3), got None");
-  const auto points = vectors_of<3>(vertices, "vertices");
-  std::vector<std::array<std::uint32_t, 3>> corners;
-  if (!faces.is_none()) corners = faces_of(faces, "faces");
-  std::vector<double> sizes;
-  for (const auto& [radius] : vectors_of<1>(radii, "radii")) sizes.push_back(radius);
-  const auto uvs = vectors_of<2>(uv, "uv");
-  const auto directions = vectors_of<3>(normals, "normals");
-  std::vector<std::array<float, 4>> shades;
-  for (const auto& c : vectors_of<4>(colours, "colours"))
-    shades.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]), static_cast<float>(c[2]),
-                      static_cast<float>(c[3])});
-  const std::span picture(static_cast<const std::uint8_t*>(texture.data()), texture.size());
-  auto changed = scene;  // other threads may use the scene meanwhile
-  {
-    const nb::gil_scoped_release release;
-    changed.set_mesh(object, {points, corners, uvs, directions, shades, picture, sizes});
+/// A mesh's arrays, copied.
+struct MeshArrays {
+  MeshArrays(nb::handle vertices, nb::handle faces, nb::handle uv, nb::handle normals,
+             nb::handle colours, nb::bytes texture, nb::handle radii) {
+    if (vertices.is_none()) refuse("vertices", "must be an array of the shape (n, 3), got None");
+    if (faces.is_none() && radii.is_none())
+      refuse("faces", "must be an array of the shape (n, 3), got None");
+    points = vectors_of<3>(vertices, "vertices");
+    if (!faces.is_none()) corners = faces_of(faces, "faces");
+    for (const auto& [radius] : vectors_of<1>(radii, "radii")) sizes.push_back(radius);
+    uvs = vectors_of<2>(uv, "uv");
+    directions = vectors_of<3>(normals, "normals");
+    for (const auto& c : vectors_of<4>(colours, "colours"))
+      shades.push_back({static_cast<float>(c[0]), static_cast<float>(c[1]),
+                        static_cast<float>(c[2]), static_cast<float>(c[3])});
+    const auto* bytes = static_cast<const std::uint8_t*>(texture.data());
+    picture.assign(bytes, bytes + texture.size());
   }
-  scene = changed;
-}
+  raywave::MeshView view() const {
+    return {points, corners, uvs, directions, shades, picture, sizes};
+  }
+
+  std::vector<raywave::Vec3> points, directions;
+  std::vector<std::array<std::uint32_t, 3>> corners;
+  std::vector<raywave::Vec2> uvs;
+  std::vector<std::array<float, 4>> shades;
+  std::vector<std::uint8_t> picture;
+  std::vector<double> sizes;
+};
 
 /// The callback of the call at work: it runs on the thread that calls.
 raywave::Progress** current() {
@@ -214,6 +218,12 @@ NB_MODULE(_core, m) {
       });
   m.def("devices", &raywave::list_devices);
 
+  nb::class_<MeshArrays>(m, "MeshArrays")
+      .def(nb::init<nb::handle, nb::handle, nb::handle, nb::handle, nb::handle, nb::bytes,
+                    nb::handle>(),
+           "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(), "normals"_a.none(),
+           "colours"_a.none(), "texture"_a, "radii"_a.none() = nb::none());
+
   nb::class_<raywave::Scene>(m, "Scene")
       .def_prop_ro("resolution", &raywave::Scene::resolution)
       .def_prop_ro("pixels", &raywave::Scene::pixels)
@@ -229,8 +239,17 @@ NB_MODULE(_core, m) {
            })
       .def("json", &raywave::Scene::json)
       .def("set", &raywave::Scene::set, "overrides"_a)
-      .def("set_mesh", &set_mesh, "object"_a, "vertices"_a.none(), "faces"_a.none(), "uv"_a.none(),
-           "normals"_a.none(), "colours"_a.none(), "texture"_a, "radii"_a.none() = nb::none())
+      .def(
+          "set_mesh",
+          [](raywave::Scene& scene, std::size_t object, const MeshArrays& mesh) {
+            auto changed = scene;  // other threads may use the scene meanwhile
+            {
+              const nb::gil_scoped_release release;
+              changed.set_mesh(object, mesh.view());
+            }
+            scene = changed;
+          },
+          "object"_a, "mesh"_a)
       .def("position", &raywave::Scene::position_m, "object"_a)
       .def("rotation", &raywave::Scene::rotation_deg, "object"_a)
       .def("set_pose", &raywave::Scene::set_pose, "object"_a, "position"_a, "rotation"_a)
@@ -367,6 +386,20 @@ NB_MODULE(_core, m) {
             r.renderer.set_pose(object, position, rotation);
           },
           "object"_a, "position"_a, "rotation"_a)
+      .def(
+          "set_mesh",
+          [](Renderer& r, std::size_t object, const MeshArrays& mesh) {
+            const nb::gil_scoped_release release;
+            r.renderer.set_mesh(object, mesh.view());
+          },
+          "object"_a, "mesh"_a)
+      .def(
+          "set_light",
+          [](Renderer& r, std::size_t light, const std::vector<std::string>& values) {
+            const nb::gil_scoped_release release;
+            r.renderer.set_light(light, values);
+          },
+          "light"_a, "values"_a)
       .def(
           "set_seed",
           [](Renderer& r, std::uint32_t seed) {

@@ -234,6 +234,33 @@ def test_a_renderer_fills_memory_of_the_callers(scene):
     renderer.set_seed(5)
 
 
+def test_a_renderer_shows_new_meshes_and_lights_as_a_new_render_does(scene):
+    tent = (np.array([(-1, -1, 0), (1, -1, 0), (1, 1, 0), (-1, 1, 0), (0, 0, -0.8)]) * 3e-4,
+            np.array([(0, 1, 4), (1, 2, 4), (2, 3, 4), (3, 0, 4)]))
+    scene.set({"light": [{"type": "directional", "direction": (0, 0, 1)}]})
+    renderer = rw.Renderer(scene)
+    before = renderer.render()
+    renderer.set_pose(0, (1e-5, 0, 0.0105), (0, 20, 0))
+    renderer.set_light(0, direction=(0.6, 0.1, 0.8), intensity=0.7)
+    renderer.set_mesh(0, tent)
+    renderer.set_light(0, intensity=0.4)
+    again = renderer.render()
+    with pytest.raises(rw.InputError, match="^vertices: holds a number"):
+        renderer.set_mesh(0, (np.full((3, 3), np.nan), np.array([(0, 1, 2)])))
+    for wrong, message in [(dict(light=7), "light 7: there are"), (dict(light=0, size=1), "size"),
+                           (dict(light=0, highlights=False), "must stay as they are")]:
+        with pytest.raises(rw.InputError, match=message):
+            renderer.set_light(**wrong)
+    assert np.array_equal(renderer.render().levels, again.levels)
+    scene.set({"light.0.direction": (0.6, 0.1, 0.8), "light.0.intensity": 0.4})
+    scene.objects[0].mesh = tent
+    scene.objects[0].position, scene.objects[0].rotation = (1e-5, 0, 0.0105), (0, 20, 0)
+    expected = rw.render(scene)
+    assert np.linalg.norm(again.field - expected.field) < 1e-3 * np.linalg.norm(expected.field)
+    assert np.linalg.norm(again.field - before.field) > 0.1 * np.linalg.norm(expected.field)
+    assert again.report["scene"]["lights"][0]["intensity"] == 0.4
+
+
 def test_bad_outputs_are_refused_by_name_and_stay_as_they_are(scene):
     renderer = rw.Renderer(scene, field=False)
     read_only = np.zeros((32, 48), np.uint8)

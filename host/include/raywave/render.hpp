@@ -180,6 +180,18 @@ public:
   ///         stays
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
 
+  /// Gives an object another mesh, as Scene::set_mesh does; poses, lights and what was planned stay.
+  /// Trees are built anew: the teapot's next picture takes three to four times as long.
+  ///
+  /// throws  as Scene::set_mesh, and for a scene that cannot be computed; the renderer then stays
+  void set_mesh(std::size_t object, const MeshView& mesh);
+
+  /// Changes keys of a light, each as "direction=[0, 0, 1]" or "intensity=0.5". Its type, falloff,
+  /// highlights, samples and picture stay as they are.
+  ///
+  /// throws  InputError when there is no such light, or a key or value is not possible: it stays
+  void set_light(std::size_t light, const std::vector<std::string>& values);
+
   /// Sets the seed of the random phases of the next pictures.
   void set_seed(std::uint32_t seed);
 
