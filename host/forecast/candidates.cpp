@@ -259,7 +259,7 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
         if (iterations < least) continue;
         paced.refine->iterations = iterations;
         auto with = work;
-        add_refinement(paced, c.frames, 0, with);
+        add_refinement(paced, c.frames, with);
         c.iterations = iterations;
         c.seconds = predict_times(with, device_.rates).total_s();
         auto model = *layout.model;

@@ -102,11 +102,10 @@ struct DeviceFigures {
 Work lens_work(const World& world, const Plan& plan, const FrontView& view, glm::dvec2 window_m,
                double rays);
 
-/// Adds what Plan::refine costs.
+/// Adds what the iterations of Plan::refine cost.
 ///
-/// work                 whose samples are known, where pictures are made of them
-/// frames               of a picture
-/// levels_of_a_descent  of the tree, that a ray of a lens's picture goes down
-void add_refinement(const Plan& plan, int frames, double levels_of_a_descent, Work& work);
+/// work    whose samples are known, where pictures are made of them
+/// frames  of a picture
+void add_refinement(const Plan& plan, int frames, Work& work);
 
 }  // namespace raywave

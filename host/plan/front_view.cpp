@@ -324,12 +324,14 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     glm::dvec2 at[3];  // cells from the corner
     for (std::size_t i = 0; i < 3; ++i)
       at[i] = (glm::dvec2(p[i]) / from_eye(p[i]) - view.low) / view.step - 0.5;
+    const auto least = glm::min(glm::min(at[0], at[1]), at[2]),
+               most = glm::max(glm::max(at[0], at[1]), at[2]);
+    view.boxes += (most.x - least.x) * (most.y - least.y);
     const auto cross = [](glm::dvec2 a, glm::dvec2 b) { return a.x * b.y - a.y * b.x; };
     const double area = cross(at[1] - at[0], at[2] - at[0]);
     if (!(std::abs(area) > 1e-12)) continue;
-    const auto low = glm::max(glm::ceil(glm::min(glm::min(at[0], at[1]), at[2])), glm::dvec2(0));
-    const auto high =
-        glm::min(glm::floor(glm::max(glm::max(at[0], at[1]), at[2])), glm::dvec2(view.size - 1));
+    const auto low = glm::max(glm::ceil(least), glm::dvec2(0));
+    const auto high = glm::min(glm::floor(most), glm::dvec2(view.size - 1));
     const bool closed = world.object_closed[static_cast<std::size_t>(world.triangle_object[t])];
     for (double y = low.y; y <= high.y; ++y) {
       for (double x = low.x; x <= high.x; ++x) {

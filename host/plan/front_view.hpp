@@ -27,6 +27,7 @@ struct FrontView {
   // Surfaces met by a ray to each cell, summed over the cells: outsides of closed meshes, all of
   // open ones
   double pierced = 0;
+  double boxes = 0;          // cells in the boxes of all triangles
   double covered = 0;        // cells with a surface
   double ends = 0;           // cells beside which a surface ends, or another lies far behind it
   double steep = 0;          // cells whose surface is a break as a whole (kernels/samples/breaks.h)

@@ -13,6 +13,7 @@
 #include "host/common/colour.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/common/threads.hpp"
 #include "host/view/flip.hpp"
 
 namespace raywave {
@@ -81,23 +82,29 @@ int mirrored(int i, int n) {
 Plane smoothed(const Plane& plane, const std::vector<double>& weights) {
   const int width = plane.width, height = plane.height,
             radius = static_cast<int>(weights.size()) - 1;
+  if (radius == 0) return plane;
+  const auto for_each_row = [&](const auto& work) {
+    auto& threads = cl::Threads::shared();
+    threads.for_each(threads.count(), static_cast<std::size_t>(height), 16,
+                     [&](std::size_t, std::size_t y) { work(static_cast<int>(y)); });
+  };
   Plane rows{width, height, std::vector<double>(plane.pixels.size())};
-  std::vector<double> padded(static_cast<std::size_t>(width) + 2 * radius);
-  for (int y = 0; y < height; ++y) {
+  for_each_row([&](int y) {
+    std::vector<double> padded(static_cast<std::size_t>(width) + 2 * radius);
     for (int x = -radius; x < width + radius; ++x)
       padded[x + radius] = plane.row(y)[mirrored(x, width)];
     for (int k = -radius; k <= radius; ++k) {
       for (int x = 0; x < width; ++x)
         rows.row(y)[x] += weights[std::abs(k)] * padded[x + radius + k];
     }
-  }
+  });
   Plane result{width, height, std::vector<double>(plane.pixels.size())};
-  for (int y = 0; y < height; ++y) {
+  for_each_row([&](int y) {
     for (int k = -radius; k <= radius; ++k) {
       const double* source = rows.row(mirrored(y + k, height));
       for (int x = 0; x < width; ++x) result.row(y)[x] += weights[std::abs(k)] * source[x];
     }
-  }
+  });
   return result;
 }
 
