@@ -2,9 +2,11 @@
 #include "host/encode/encode_stage.hpp"
 
 #include <algorithm>
+#include <atomic>
 #include <cmath>
 
 #include "host/common/error.hpp"
+#include "host/common/threads.hpp"
 
 namespace raywave {
 namespace {
@@ -22,12 +24,17 @@ bool encodes_at_end(const Plan& plan) { return encodes_whole(plan) && !plan.refi
 
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan) {
   const double factor = std::sqrt(radiance_unit) * amplitude_unit_m(plan);
-  bool finite = true;
-  for (auto& sample : field) {
-    sample = {static_cast<float>(sample.real() * factor),
-              static_cast<float>(sample.imag() * factor)};
-    finite &= std::isfinite(sample.real()) && std::isfinite(sample.imag());
-  }
+  std::atomic<bool> finite = true;
+  cl::Threads::shared().for_ranges(field.size(), [&](std::size_t, std::size_t i, std::size_t end) {
+    bool all = true;
+    for (; i < end; ++i) {
+      auto& sample = field[i];
+      sample = {static_cast<float>(sample.real() * factor),
+                static_cast<float>(sample.imag() * factor)};
+      all &= std::isfinite(sample.real()) && std::isfinite(sample.imag());
+    }
+    if (!all) finite = false;
+  });
   if (!finite)
     throw InputError(plan.scene_name +
                      ": the hologram's field is brighter than a float holds; give a smaller "

@@ -291,9 +291,8 @@ void add_time(const Prediction& prediction, Rows& out) {
       << (t.refine_s > 0 ? ", refine " + seconds(t.refine_s) : "") << ", encode "
       << seconds(t.encode_s)
       << (prediction.device.empty() ? "" : " on " + one_line(prediction.device)) << " (rates of "
-      << (prediction.rates_of == "default"
-              ? "two processor cores; raywave tune measures this device"
-              : prediction.rates_of)
+      << prediction.rates_of
+      << (prediction.are_rates_measured ? "" : "; raywave tune measures this device")
       << ")\nfirst     the first picture takes "
       << seconds(prediction.meshes_and_trees_s + prediction.kernels_s.value_or(0))
       << " more for meshes, trees and kernels"

@@ -159,6 +159,7 @@ DeviceRates measure_rates(const cl::DeviceInfo& info, cl::FftBackend backend) {
   };
   const auto defaults = default_rates();
   return {info.name,
+          true,
           scaled(defaults.ray_s, plain[0], plain_s[0]),
           scaled(defaults.shadow_ray_s, std::max(0.0, shadows[0] - plain[0]), shadows_s),
           scaled(defaults.node_s, plain[1], plain_s[1]),

@@ -15,7 +15,8 @@ namespace raywave {
 
 /// Seconds per operation, all compute units of the device together.
 struct DeviceRates {
-  std::string device;  // "default" for figures that no measurement stands behind
+  std::string device;        // that they were measured on
+  bool is_measured = false;  // on the device at hand, by `raywave tune`
   double ray_s = 0, shadow_ray_s = 0, node_s = 0, pair_s = 0, pixel_s = 0, butterfly_s = 0,
          level_s = 0;
   // Of pictures that the host makes of samples: two cores of a server processor, or the device's
@@ -24,7 +25,12 @@ struct DeviceRates {
 
 /// Rates of PoCL on two cores of a server processor.
 inline DeviceRates default_rates() {
-  return {"default", 1e-9, 3.2e-9, 3e-9, 1.55e-9, 1.24e-9, 0.062e-9, 0.95e-9};
+  return {"two processor cores", false, 1e-9, 3.2e-9, 3e-9, 1.55e-9, 1.24e-9, 0.062e-9, 0.95e-9};
+}
+
+/// Rates of an NVIDIA H100 (27 November 2026).
+inline DeviceRates gpu_rates() {
+  return {"an H100", false, 1.8e-10, 6.9e-10, 6e-10, 1.1e-10, 8.9e-11, 1.6e-12, 8.2e-11};
 }
 
 /// Operations of one picture: all frames of a scene that has been read, from its samples to its

@@ -225,6 +225,7 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.kernels_s = kernels_s(plan, device);
   prediction.device = device.name;
   prediction.rates_of = device.rates.device;
+  prediction.are_rates_measured = device.rates.is_measured;
   const double propagation = propagation_error_of(plan);
   const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
   if (auto model = candidates.model_of(plan.most_layers, plan.cone)) {

@@ -41,8 +41,9 @@ struct Prediction {
   // What the first picture takes besides; kernels_s is empty where nothing is known
   double meshes_and_trees_s = 0;
   std::optional<double> kernels_s{};
-  std::string device;    // that is meant; empty: none is known
-  std::string rates_of;  // the device that they were measured on, or "default"
+  std::string device;               // that is meant; empty: none is known
+  std::string rates_of;             // the device that they were measured on
+  bool are_rates_measured = false;  // DeviceRates::is_measured
   Work work;
   // Peaks: on the device; resident in the host's memory, that of the device included where
   // MemoryLimits::device_on_host

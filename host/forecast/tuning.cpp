@@ -28,6 +28,20 @@ constexpr RateKey rate_keys[] = {
     {"pixel_s", &DeviceRates::pixel_s}, {"butterfly_s", &DeviceRates::butterfly_s},
     {"level_s", &DeviceRates::level_s}};
 
+/// Rates of a device that nobody has tuned: those of a processor or of a GPU, by compute units.
+DeviceRates untuned_rates(const cl::DeviceInfo& device) {
+  const bool is_gpu = device.kind == cl::DeviceKind::gpu;
+  if (device.compute_units == 0 || !(is_gpu || device.kind == cl::DeviceKind::cpu))
+    return default_rates();
+  constexpr double units_of_gpu = 132, cores = 2;
+  auto rates = is_gpu ? gpu_rates() : default_rates();
+  for (const auto& key : rate_keys)
+    rates.*key.value *= (is_gpu ? units_of_gpu : cores) / device.compute_units;
+  if (is_gpu || device.compute_units != cores)
+    rates.device += ", for " + std::to_string(device.compute_units) + " compute units";
+  return rates;
+}
+
 }  // namespace
 
 std::filesystem::path tuning_file(const cl::DeviceInfo& device) {
@@ -46,7 +60,7 @@ std::optional<Tuning> load_tuning(const cl::DeviceInfo& device) {
     throw InputError(file.string() + ": " + what +
                      "; raywave tune writes it anew, without it defaults hold");
   };
-  Tuning tuning{{device.name}, {}};
+  Tuning tuning{{device.name, true}, {}};
   try {
     const auto j = nlohmann::json::parse(in);
     if (j.value("layout", 0) != layout) return {};
@@ -83,7 +97,7 @@ DeviceFigures figures_of(const cl::DeviceInfo& device) {
                         device.fp64,
                         limits_of(device),
                         cl::default_backend(device),
-                        default_rates(),
+                        untuned_rates(device),
                         device.platform + "\n" + device.name + "\n" + device.driver,
                         device.kind == cl::DeviceKind::cpu};
   // PoCL keeps kernels in folders, in its usual place within kcache

@@ -59,9 +59,11 @@ inline constexpr std::size_t level_buffers = 2;
 inline constexpr std::size_t most_lit_together = 1 << 16;
 
 /// Samples that a cell of the lattice has room for at first, and the most memory for the cells
-/// whose samples are found together.
+/// whose samples are found together. A GPU waits for the slowest cell of each band.
 inline constexpr int slots_of_cell = 4;
-inline constexpr std::uint64_t most_band_bytes = std::uint64_t{64} << 20;
+constexpr std::uint64_t most_band_bytes(bool on_processor) {
+  return std::uint64_t{1} << (on_processor ? 26 : 30);
+}
 
 /// The most memory for profiles of samples that are gathered together; on processors over virtual
 /// planes, so little that it stays in the cache between the kernels.

@@ -201,16 +201,22 @@ private:
       if (shortfall != Shortfall::none) return instead(choice, plan, shortfall);
       if (!choice.goes_on) plan.why_carrier = why_virtual_planes(plan);
     }
-    const double error = propagation_error_of(plan);
-    if (choice.propagation == WrpPropagation::spectrum && choice.method == Method::wrp &&
-        scene_.wrp.propagation == WrpPropagation::automatic && error > most_wrp_error &&
-        !samples_ && serves_at_hologram(scene_, plan))
-      return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
-    if (scene_.refine && choice.method == Method::wrp && error > hopeless_error)
-      throw InputError(one_line(scene_.file.string()) + ": refine: the field has an error of " +
-                       percent_text(error) +
-                       ", from which no refinement finds the pictures; leave out [refine], without "
-                       "which light near the hologram is gathered there, or move the scene");
+    const bool may_leave_wrps = choice.propagation == WrpPropagation::spectrum &&
+                                choice.method == Method::wrp &&
+                                scene_.wrp.propagation == WrpPropagation::automatic && !samples_ &&
+                                serves_at_hologram(scene_, plan);
+    // The error over WRPs takes longer than a picture of a GPU
+    if (may_leave_wrps || (scene_.refine && choice.method == Method::wrp)) {
+      const double error = propagation_error_of(plan);
+      if (may_leave_wrps && error > most_wrp_error)
+        return at_hologram(choice, choice.why_carrier + ", WRPs one of " + percent_text(error));
+      if (scene_.refine && error > hopeless_error)
+        throw InputError(
+            one_line(scene_.file.string()) + ": refine: the field has an error of " +
+            percent_text(error) +
+            ", from which no refinement finds the pictures; leave out [refine], without which "
+            "light near the hologram is gathered there, or move the scene");
+    }
     return with_more_memory(choice, plan);
   }
 

@@ -73,10 +73,10 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   if (plan.samples.aimed) {
     const std::string pitch = "a larger sampling.pitch needs less";
     needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
-    needs.push_back(
-        {"samples of a band",
-         std::min(most_band_bytes, slots_of_cell * area(plan.lattice.size) * bytes_of_found(plan)),
-         pitch});
+    needs.push_back({"samples of a band",
+                     std::min(most_band_bytes(use.fft == FftBackend::host),
+                              slots_of_cell * area(plan.lattice.size) * bytes_of_found(plan)),
+                     pitch});
     needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
     needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
   }

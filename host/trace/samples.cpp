@@ -24,7 +24,8 @@ void make_room(const cl::Device& device, cl::Buffer<float>& buffer, std::size_t 
 /// Approximate memory for the samples of a band: less on small devices.
 std::size_t band_bytes(const cl::DeviceInfo& device) {
   return static_cast<std::size_t>(
-      std::min({most_band_bytes, device.largest_buffer_bytes / 2, device.memory_bytes / 16}));
+      std::min({most_band_bytes(device.kind == DeviceKind::cpu), device.largest_buffer_bytes / 2,
+                device.memory_bytes / 16}));
 }
 
 constexpr int most_samples = 1 << 28;
@@ -259,7 +260,7 @@ void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
                              band_.part_from);
   const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
   find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)},
-                    lanes == 1 ? cl::Range{8, 1} : cl::Range{1, 1}, scene.arguments(), lattice,
+                    lanes == 1 ? cl::Range{4, 1} : cl::Range{1, 1}, scene.arguments(), lattice,
                     breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_,
                     std::int32_t{keep_unseen_}, band_.counts, band_.mirrors, band_.samples,
                     band_.visibility_masks, band_.lit, band_.colours, band_.lookouts,

@@ -34,12 +34,12 @@ TEST_CASE(
   const auto info = cl::find_device();
   auto shape = work_shape(info);
   shape.tile_rows = 4;
-  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  store_tuning(info, {{info.name, true, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
   REQUIRE(desk.render().code == 0);
   CHECK(Json::parse(bytes_of(desk.out("report.json")))["device"]["work"]["tile_rows"] == 4);
 
   shape.lanes = 3;
-  store_tuning(info, {{info.name, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
+  store_tuning(info, {{info.name, true, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9, 1e-9}, shape});
   check_refused(desk.render(), 2, tuning_file(info).filename().string() + ": work.lanes: must be ");
 }
 

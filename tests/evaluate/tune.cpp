@@ -132,7 +132,7 @@ TEST_CASE("what is found out is kept per device and read back; renders work in t
   const auto info = processor();
   CHECK_FALSE(load_tuning(info).has_value());
   CHECK_FALSE(tuned(info).work.has_value());
-  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {4, 32, 2}});
+  store_tuning(info, {{"a processor", true, 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {4, 32, 2}});
   const auto stored = load_tuning(info);
   REQUIRE(stored.has_value());
   CHECK(stored->rates.pair_s == 4e-9);
@@ -154,7 +154,7 @@ TEST_CASE("a damaged or absurd file is refused with its name and key") {
   const Folder folder;
   const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
   const auto info = processor();
-  store_tuning(info, {{"a processor", 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {8, 16, 8}});
+  store_tuning(info, {{"a processor", true, 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {8, 16, 8}});
   const auto name = tuning_file(info).filename().string(), whole = bytes_of(tuning_file(info));
   const auto message_with = [&](const std::string& from, const std::string& to) {
     auto text = whole;
