@@ -74,7 +74,8 @@ constexpr double butterflies_of_a_refined_pixel = 96;
 /// iteration.
 constexpr double butterflies_of_a_paced_pixel = 118, butterflies_of_a_paced_sample = 8000;
 
-/// Passes over a pixel of a picture that is propagated exactly, and what each pixel of the blur adds.
+/// Passes over a pixel of a picture that is propagated exactly, and what the blur adds per pixel of
+/// it.
 constexpr double exact_padding = 2, butterflies_of_an_exact_pixel = 40, butterflies_of_blur = 20;
 
 /// A ray of a lens's picture, in levels of the tree: each ray, and those that meet a surface for

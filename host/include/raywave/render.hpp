@@ -180,8 +180,8 @@ public:
   ///         stays
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
 
-  /// Gives an object another mesh, as Scene::set_mesh does; poses, lights and what was planned stay.
-  /// Trees are built anew: the teapot's next picture takes three to four times as long.
+  /// Gives an object another mesh, as Scene::set_mesh does; poses, lights and what was planned
+  /// stay. Trees are built anew: the teapot's next picture takes three to four times as long.
   ///
   /// throws  as Scene::set_mesh, and for a scene that cannot be computed; the renderer then stays
   void set_mesh(std::size_t object, const MeshView& mesh);
