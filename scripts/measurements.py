@@ -216,7 +216,7 @@ def pace(seen):
 STUDY = {"its grey levels by double phase": sets("slm.encoding=double-phase"),
          "its grey levels by phase": sets("slm.encoding=phase"),
          "12 iterations": sets("refine.iterations=12"),
-         "refined": sets("refine.blur=15um"),
+         "refined": sets("refine.blur=15um", "refine.views=0"),
          "refined, 24 views": sets("refine.blur=15um", "refine.views=24")}
 
 

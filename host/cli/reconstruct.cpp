@@ -60,6 +60,22 @@ double blur_px(const ReconstructArguments& options, const ViewerSpec& viewer, do
   return blur.in_pixels ? blur.value : blur.value / pitch_m;
 }
 
+/// Says that pictures stand where the scene has them, not where the SLM's own carrier moves them.
+void note_shift(const ReconstructArguments& options, const HologramOptions& hologram) {
+  if (options.field || extension_of(hologram.files.at(0)) == ".npy") return;
+  const auto slm = hologram.slm_spec();
+  if (slm.shift_m != glm::dvec2(0))
+    options.report.note(
+        "slm.shift is taken off: pictures stand where the scene has them; on the "
+        "bench they lie (" +
+        length_text(slm.shift_m.x) + ", " + length_text(slm.shift_m.y) + ") from there at " +
+        length_text(slm.shift_distance_m) + ", x and y of the hologram");
+  else if (slm.carrier != glm::dvec2(0))
+    options.report.note(
+        "slm.carrier is taken off: pictures stand where the scene has them, and elsewhere on the "
+        "bench");
+}
+
 void run_reconstruct(const ReconstructArguments& options) {
   const LaserHolograms given(options.hologram, options.field);
   if (options.field && !given.lasers)
@@ -69,6 +85,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
+  note_shift(options, given.each[0]);
   const auto viewer = options.viewer(given.each[0]);
   const auto depths_m = options.depths.depths_m([&] { return viewer; });
 

@@ -83,7 +83,9 @@ std::unique_ptr<Connection> events_of(const std::string& to) {
 
 void list_outputs(const ShowArguments& options) {
   auto json = Json::array();
-  for (const auto& output : display_by(options.backend)->list()) {
+  const auto outputs = display_by(options.backend)->list();
+  if (outputs.empty()) options.report.note("no output is connected");
+  for (const auto& output : outputs) {
     if (options.report.prints_text()) std::printf("%s\n", text_of(output).c_str());
     json.push_back({{"name", output.name},
                     {"place", {output.place_px.x, output.place_px.y}},
@@ -220,7 +222,8 @@ void add_show(CLI::App& app) {
          "A window over the output, or the kernel's outputs without a desktop; window where there "
          "is a desktop when not given");
   option(*command, "--rate", options->rate_hz, "PER_SECOND", group::pictures,
-         "Frames a second; the animation's, else the output's when not given")
+         "Frames a second; the animation's, else the output's, or 1 of a picture alone, when "
+         "not given")
       ->check(CLI::Range(0.01, 1e6));
   option(*command, "--loops", options->loops, "N", group::pictures,
          "Times that all is shown; until Ctrl-C when not given")

@@ -177,9 +177,15 @@ bool lies_on_one_side(const Plan& plan) {
 bool refines_samples(const Plan& plan) {
   const auto& refine = plan.refine.value();
   if (refine.targets != RefineTargets::automatic) return refine.targets == RefineTargets::samples;
-  return serves_samples(plan, refine.viewer) && refine.views == 0 &&
+  return serves_samples(plan, refine.viewer) && refine.views.value_or(0) == 0 &&
          (refine.viewer.eyepiece_m ||
           refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations);
+}
+
+int planned_views(const RefineSettings& refine) {
+  constexpr int enough = 24;
+  const bool is_limited = refine.iterations || refine.budget_s || !refine.depths_m.empty();
+  return refine.views.value_or(is_limited ? 0 : enough);
 }
 
 std::vector<KeyPlace> planned_places(const Plan& plan) {
@@ -187,7 +193,7 @@ std::vector<KeyPlace> planned_places(const Plan& plan) {
   const double blur_m = refine.blur_m.value();
   if (refines_samples(plan) || refine.viewer.eyepiece_m)
     return part_places(plan, blur_m, refine.viewer, planned_iterations(plan), refine.depths_m);
-  return key_places(plan, blur_m, {refine.depths_m, refine.views});
+  return key_places(plan, blur_m, {refine.depths_m, planned_views(refine)});
 }
 
 std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, const ViewerSpec& viewer,
@@ -260,8 +266,8 @@ int planned_iterations(const Plan& plan) {
   const auto& refine = plan.refine.value();
   if (refines_samples(plan)) return refine.iterations.value_or(most_paced_iterations);
   if (refine.viewer.eyepiece_m) return refine.iterations.value_or(least_iterations);
-  return refine.iterations.value_or(
-      refine_iterations(key_places(plan, refine.blur_m.value(), {refine.depths_m, refine.views})));
+  return refine.iterations.value_or(refine_iterations(
+      key_places(plan, refine.blur_m.value(), {refine.depths_m, planned_views(refine)})));
 }
 
 glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dvec2(plan.grid); }

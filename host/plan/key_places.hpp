@@ -97,6 +97,10 @@ bool serves_samples(const Plan& plan, const ViewerSpec& viewer);
 /// where it does not, with few iterations or behind an eyepiece, and without views of its own.
 bool refines_samples(const Plan& plan);
 
+/// RefineSettings::views, or their number where the scene leaves it open: 24 of a teapot's are seen
+/// 2 to 3 dB better, and whole pictures 2.5 dB worse (study) to 0.2 better, in 1.8 times the time.
+int planned_views(const RefineSettings& refine);
+
 /// The pictures that Plan::refine asks for.
 std::vector<KeyPlace> planned_places(const Plan& plan);
 

@@ -147,7 +147,7 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
     if (plan.refine->targets == RefineTargets::samples && scene.sampling.mode == SamplingMode::fan)
       throw InputError(one_line(scene.file.string()) +
                        ": refine.targets \"samples\": rays of fans make no samples; give \"lens\"");
-    if (plan.refine->targets == RefineTargets::samples && plan.refine->views > 0)
+    if (plan.refine->targets == RefineTargets::samples && plan.refine->views.value_or(0) > 0)
       throw InputError(
           one_line(scene.file.string()) +
           ": refine.views is for pictures of a lens; parts as large as viewer.pupil "

@@ -325,7 +325,7 @@ void keys_of(ViewerSpec& spec, const Keys& key) {
 
 void keys_of(RefineSettings& spec, const Keys& key) {
   key(whole("iterations", spec.iterations, 0, RefineSettings::most_iterations).or_auto());
-  key(whole("views", spec.views, 0, RefineSettings::most_views));
+  key(whole("views", spec.views, 0, RefineSettings::most_views).or_auto());
   key(number("brightness", spec.brightness,
              between(RefineSettings::least_brightness, RefineSettings::largest_brightness)));
   key(lengths("depths", spec.depths_m, between(1e-9, 1e4), 100));

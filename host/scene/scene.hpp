@@ -174,7 +174,9 @@ struct RefineSettings {
   static constexpr double least_brightness = 0.01, largest_brightness = 100;
 
   std::optional<int> iterations;  // per frame, >= 1; empty: as many as the pictures need
-  int views = 0;                  // pictures through quarters of the hologram
+  // Pictures through quarters of the hologram; empty: as many as keep every view as good as the
+  // field's, where neither iterations, time nor depths are given
+  std::optional<int> views;
   double brightness = 1;          // light wanted in the pictures, over the traced field's there
   std::vector<double> depths_m;   // of whole pictures; empty: through the scene and beyond
   std::optional<double> blur_m;   // of the pictures; empty: 0.6 sampling.pitch
