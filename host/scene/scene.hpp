@@ -177,9 +177,9 @@ struct RefineSettings {
   // Pictures through quarters of the hologram; empty: as many as keep every view as good as the
   // field's, where neither iterations, time nor depths are given
   std::optional<int> views;
-  double brightness = 1;          // light wanted in the pictures, over the traced field's there
-  std::vector<double> depths_m;   // of whole pictures; empty: through the scene and beyond
-  std::optional<double> blur_m;   // of the pictures; empty: 0.6 sampling.pitch
+  double brightness = 1;         // light wanted in the pictures, over the traced field's there
+  std::vector<double> depths_m;  // of whole pictures; empty: through the scene and beyond
+  std::optional<double> blur_m;  // of the pictures; empty: 0.6 sampling.pitch
   std::optional<glm::dvec2> window_m;  // of the pictures; empty: what the WRPs cover
   int lens_points = 8;                 // per axis of the lens
   RefineTargets targets = RefineTargets::automatic;
