@@ -677,10 +677,10 @@ def refine(
     are needed for arrays that do not know them.
 
     iterations: per frame; refine_budget: seconds for all of them, instead. views: pictures through
-    quarters of the hologram (24 where iterations, time and depths are open). depths: of the pictures, ascending, in metres. brightness: light
-    wanted in the pictures (1.15 brings 0.93 of it there). blur: of the pictures, standard deviation
-    in metres. lens_points: per axis of the lens. What is not given comes from the scene's section
-    [refine], or its defaults.
+    quarters of the hologram (24 where iterations, time and depths are open). depths: of the
+    pictures, ascending, in metres. brightness: light wanted in the pictures (1.15 brings 0.93 of it
+    there). blur: of the pictures, standard deviation in metres. lens_points: per axis of the lens.
+    What is not given comes from the scene's section [refine], or its defaults.
 
     Raises InputError when the SLM shows no phases, or an argument is not possible; DeviceError.
     """
