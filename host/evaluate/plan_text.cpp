@@ -300,6 +300,7 @@ void add_time(const Prediction& prediction, Rows& out) {
                                   "once"
           : *prediction.kernels_s > 0 ? ", which this device has not compiled yet"
                                       : ", which this device has compiled before")
+      << (prediction.files_s > 1 ? "; its files take " + seconds(prediction.files_s) : "")
       << "\n";
 }
 
@@ -438,7 +439,8 @@ Json json_of(const Prediction& prediction) {
            {"total", t.total_s()}}},
          {"first_picture_seconds",
           {{"meshes_and_trees", prediction.meshes_and_trees_s},
-           {"kernels", prediction.kernels_s ? Json(*prediction.kernels_s) : Json()}}},
+           {"kernels", prediction.kernels_s ? Json(*prediction.kernels_s) : Json()},
+           {"files", prediction.files_s}}},
          {"device", prediction.device},
          {"rates_of", prediction.rates_of},
          {"device_bytes", prediction.device_bytes},

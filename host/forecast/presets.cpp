@@ -223,6 +223,9 @@ Prediction predicted(const Planned& planned, const World& world, const DeviceFig
   prediction.times = predict_times(prediction.work, device.rates);
   prediction.meshes_and_trees_s = meshes_and_trees_s(world);
   prediction.kernels_s = kernels_s(plan, device);
+  constexpr double png_of_pixel_s = 35e-9;  // a core of a server processor
+  prediction.files_s = png_of_pixel_s * static_cast<double>(plan.hologram.size.x) *
+                       plan.hologram.size.y * plan.hologram.frames;
   prediction.device = device.name;
   prediction.rates_of = device.rates.device;
   prediction.are_rates_measured = device.rates.is_measured;

@@ -41,6 +41,7 @@ struct Prediction {
   // What the first picture takes besides; kernels_s is empty where nothing is known
   double meshes_and_trees_s = 0;
   std::optional<double> kernels_s{};
+  double files_s = 0;               // to write the levels' PNG files
   std::string device;               // that is meant; empty: none is known
   std::string rates_of;             // the device that they were measured on
   bool are_rates_measured = false;  // DeviceRates::is_measured

@@ -259,11 +259,12 @@ void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
                              breaks_.cells, breaks_.tiles, row, rows, band_.part_layers,
                              band_.part_from);
   const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
-  find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)},
-                    lanes == 1 ? cl::Range{4, 1} : cl::Range{1, 1}, scene.arguments(), lattice,
-                    breaks_.known, breaks_.cells, breaks_.tiles, row, rows, slots_,
-                    std::int32_t{keep_unseen_}, band_.counts, band_.mirrors, band_.samples,
-                    band_.visibility_masks, band_.lit, band_.colours, band_.lookouts,
+  // A GPU waits for the slowest cell of a group; llvmpipe never ends in groups of 4
+  const auto group = lanes > 1 ? cl::Range{1, 1} : cl::Range{on_device_ ? 4U : 8U, 1};
+  find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)}, group,
+                    scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles, row,
+                    rows, slots_, std::int32_t{keep_unseen_}, band_.counts, band_.mirrors,
+                    band_.samples, band_.visibility_masks, band_.lit, band_.colours, band_.lookouts,
                     band_.part_layers, band_.part_from);
   if (apart_ && visibility_parts > 0) look_around(scene, cells);
 }
