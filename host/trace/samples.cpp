@@ -260,7 +260,8 @@ void SampleTable::find_band(const DeviceScene& scene, int row, int rows) {
                              band_.part_from);
   const auto lanes = static_cast<std::size_t>(lanes_for(device_.info()));
   // A GPU waits for the slowest cell of a group; llvmpipe never ends in groups of 4
-  const auto group = lanes > 1 ? cl::Range{1, 1} : cl::Range{on_device_ ? 4U : 8U, 1};
+  const bool on_processor = device_.info().kind == DeviceKind::cpu;
+  const auto group = lanes > 1 ? cl::Range{1, 1} : cl::Range{on_processor ? 8U : 4U, 1};
   find_samples_.run({(nx + lanes - 1) / lanes, static_cast<std::size_t>(rows)}, group,
                     scene.arguments(), lattice, breaks_.known, breaks_.cells, breaks_.tiles, row,
                     rows, slots_, std::int32_t{keep_unseen_}, band_.counts, band_.mirrors,
