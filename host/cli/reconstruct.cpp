@@ -102,6 +102,9 @@ void run_reconstruct(const ReconstructArguments& options) {
   // Holograms of an animation have their numbers in their names
   const auto file = std::filesystem::path(options.hologram.files.at(0)).stem().string();
   const auto stem = "reconstruction" + (file.starts_with("frame_") ? file.substr(5) : "");
+  if (const auto count = options.hologram.files.size(); count > 1 && file.starts_with("frame_"))
+    options.report.note("the mean of these " + std::to_string(count) +
+                        " holograms is shown; give those of one picture of an animation to see it");
   const auto pupils =
       options.pupil.pupils(viewer, options.view.frame.frame(), options.view.is_part());
   for (std::size_t picture = 0; picture < depths_m.size() * pupils.size(); ++picture) {

@@ -629,7 +629,7 @@ double PicturePrediction::sure_db() const {
   // Refined pictures go by the light that there is: what is missing counts for more
   if (refined) return mean_psnr_db - 2.5 * (1 + missing);
   // Mean square of what the model leaves out, such as highlights smaller than cells
-  constexpr double left_out = 1e-4;
+  constexpr double left_out = 2e-4;
   return std::min(mean_psnr_db - 1, -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
 }
 
