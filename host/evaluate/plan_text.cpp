@@ -300,8 +300,7 @@ void add_time(const Prediction& prediction, Rows& out) {
                                   "once"
           : *prediction.kernels_s > 0 ? ", which this device has not compiled yet"
                                       : ", which this device has compiled before")
-      << (prediction.files_s > 1 ? "; its files take " + seconds(prediction.files_s) : "")
-      << "\n";
+      << (prediction.files_s > 1 ? "; its files take " + seconds(prediction.files_s) : "") << "\n";
 }
 
 void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
