@@ -374,12 +374,6 @@ void Renderer::set_shape(std::size_t object, double place) {
   state_->change([&](Scene& one) { one.objects[object].shape = place; });
 }
 
-void Renderer::set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
-                            std::span<const glm::vec3> normals) {
-  raywave::set_vertices(state_->world_, object, positions_m, normals);
-  state_->change([&](Scene& one) { one.objects.at(object).shape.reset(); });
-}
-
 void Renderer::set_light(std::size_t light, const Light& value) {
   const auto& l = scene().lights.at(light);
   const auto is_plain = [](const Light& one) {

@@ -189,14 +189,6 @@ public:
   /// throws  std::out_of_range; InputError for an object without any
   void set_shape(std::size_t object, double place);
 
-  /// Gives an object other vertices (raywave::set_vertices): trees are refitted, and built anew
-  /// where rays would take much longer. It stays at its pose, and World::placed says which
-  /// vertices it has.
-  ///
-  /// throws  std::out_of_range; InputError where they cannot be: the object stays
-  void set_vertices(std::size_t object, std::span<const glm::dvec3> positions_m,
-                    std::span<const glm::vec3> normals);
-
   /// Kernels are compiled for the lights: type, falloff, highlights, samples and picture of a light
   /// stay. But a directional light and a point may become each other, where both have highlights
   /// and no falloff.

@@ -434,8 +434,8 @@ void add_refine(CLI::App& app) {
          "Iterations per frame; as many as the pictures need when not given")
       ->check(CLI::Range(1, RefineSettings::most_iterations));
   option(*command, "--views", options->views, "N", group::refinement,
-         "Also refine this many views through quarters of the hologram: 24, which keep all views "
-         "as good as the traced field's; 0 with --iterations, --budget or -z")
+         "Also refine this many views through quarters of the hologram: 24, which bring views to "
+         "within 0.5 dB of the traced field's and above; 0 with --iterations, --budget or -z")
       ->check(CLI::Range(0, RefineSettings::most_views));
   option(*command, "--budget", options->budget, "TIME", group::refinement,
          "Time for the iterations of all frames and lasers, e.g. 5s; it decides their number");

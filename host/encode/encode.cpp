@@ -73,37 +73,25 @@ void Encoder::show_up_to(std::optional<double> clip) {
 }
 
 double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
-  float most = 0;
-  auto end = amplitudes.begin();
-  for (const float a : amplitudes) {
-    *end = a;
-    const bool counts = std::isfinite(a);
-    end += counts ? 1 : 0;
-    most = counts ? std::max(most, a) : most;
-  }
-  amplitudes.erase(end, amplitudes.end());
+  std::erase_if(amplitudes, [](float a) { return !std::isfinite(a); });
   if (amplitudes.empty()) return 1;
   // Where much of the hologram is dark, as of a picture near it, lit pixels count alone
   constexpr float least_lit = 0.02f;
   constexpr double much = 0.2;
-  const float dark = least_lit * most;
-  std::size_t darks = 0, unlit = 0;
-  for (const float a : amplitudes) {
-    darks += a <= dark;
-    unlit += a == 0;
-  }
-  const bool has_dark =
-      static_cast<double>(darks) > much * static_cast<double>(amplitudes.size()) &&
-      darks < amplitudes.size();
+  const float dark = least_lit * *std::max_element(amplitudes.begin(), amplitudes.end());
+  const auto is_dark = [dark](float a) { return a <= dark; };
+  const auto share_of = [&](auto count) {
+    return static_cast<double>(count) / static_cast<double>(amplitudes.size());
+  };
+  const double dark_share = share_of(std::count_if(amplitudes.begin(), amplitudes.end(), is_dark));
   // Around a picture that is gathered at the hologram, where most pixels get no light at all
   constexpr double none = 0.05;
   constexpr float least_phase = 0.06f;
-  const bool is_picture =
-      static_cast<double>(unlit) > none * static_cast<double>(amplitudes.size());
-  least_lit_ = is_picture ? least_phase : 0;
-  const auto first = has_dark ? std::partition(amplitudes.begin(), amplitudes.end(),
-                                               [dark](float a) { return a <= dark; })
-                              : amplitudes.begin();
+  least_lit_ =
+      share_of(std::count(amplitudes.begin(), amplitudes.end(), 0.0f)) > none ? least_phase : 0;
+  const auto first = dark_share > much && dark_share < 1
+                         ? std::partition(amplitudes.begin(), amplitudes.end(), is_dark)
+                         : amplitudes.begin();
   const auto last = static_cast<double>(amplitudes.end() - first - 1);
   const auto nth = first + std::lround(panel_->slm().clip * last);
   std::nth_element(first, nth, amplitudes.end());

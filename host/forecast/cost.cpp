@@ -40,7 +40,7 @@ constexpr double levels_of_objects = 2;
 /// whose surface is partly hidden.
 constexpr double samples_at_end = 0.55, samples_behind = 0.4;
 
-/// Work of a ray of a fan, or of the lens, beside its descent into the tree, in levels of depth.
+/// Work of a ray of a fan beside its descent into the tree, in levels of depth.
 constexpr double levels_of_a_ray = 4;
 
 /// Cost of a pair in each further frame, and what a light's highlight adds to a pair.
@@ -124,6 +124,20 @@ int lights_of(const Lighting& lighting) {
   return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
 }
 
+/// Adds what the pictures of a lens cost that a refinement goes by.
+void add_lens_of_refinement(const World& world, const Plan& plan, const FrontView& view,
+                            Work& work) {
+  const auto& settings = plan.refine.value();
+  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto pixels = key_pixels(plan, window_m, settings.blur_m.value());
+  double points = 0;
+  for (const auto& place : planned_places(plan))
+    points += std::pow(key_lens_points(place, settings.lens_points), 2);
+  const auto lens = lens_work(world, plan, view, window_m, points * pixels.x * pixels.y);
+  work.lens_rays += lens.lens_rays;
+  work.shadow_rays += lens.shadow_rays;
+}
+
 }  // namespace
 
 void add_refinement(const Plan& plan, int frames, Work& work) {
@@ -177,24 +191,6 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   if (of_samples)
     work.picture_butterflies = butterflies_of_a_paced_sample * iterations * work.samples;
 }
-
-namespace {
-
-/// Adds what the pictures of a lens cost that a refinement goes by.
-void add_lens_of_refinement(const World& world, const Plan& plan, const FrontView& view,
-                            Work& work) {
-  const auto& settings = plan.refine.value();
-  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
-  const auto pixels = key_pixels(plan, window_m, settings.blur_m.value());
-  double points = 0;
-  for (const auto& place : planned_places(plan))
-    points += std::pow(key_lens_points(place, settings.lens_points), 2);
-  const auto lens = lens_work(world, plan, view, window_m, points * pixels.x * pixels.y);
-  work.lens_rays += lens.lens_rays;
-  work.shadow_rays += lens.shadow_rays;
-}
-
-}  // namespace
 
 double count_butterflies(const Plan& plan, int frames) {
   if (const auto* planes = plan.virtual_planes()) {

@@ -174,8 +174,8 @@ struct RefineSettings {
   static constexpr double least_brightness = 0.01, largest_brightness = 100;
 
   std::optional<int> iterations;  // per frame, >= 1; empty: as many as the pictures need
-  // Pictures through quarters of the hologram; empty: as many as keep every view as good as the
-  // field's, where neither iterations, time nor depths are given
+  // Pictures through quarters of the hologram; empty: as many as bring views near the
+  // field's and above, where neither iterations, time nor depths are given
   std::optional<int> views;
   double brightness = 1;         // light wanted in the pictures, over the traced field's there
   std::vector<double> depths_m;  // of whole pictures; empty: through the scene and beyond

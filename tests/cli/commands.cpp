@@ -51,8 +51,34 @@ TEST_CASE(
   const auto large = picture("reconstruction_10mm.exr");
   CHECK(large.width == 100);
   CHECK(large.height == 50);
+  REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--window", "0.2mm,0.4mm"}).code == 0);
+  CHECK(picture("reconstruction_10mm.exr").height == 100);
   REQUIRE(reconstruct("field.npy", {"-z", "10mm", "--view", "0.5,0"}).code == 0);
   CHECK(picture("reconstruction_10mm.exr").pixels != from_field);
+}
+
+TEST_CASE("reconstruct says what it takes off, and that it shows the mean of several pictures") {
+  const Desk desk;
+  const auto notes_of = [&](const std::vector<std::string>& files) {
+    std::vector<std::string> words{"reconstruct"};
+    for (const auto& file : files) words.push_back(desk.out(file));
+    words.insert(words.end(), {"-z", "10mm", "-o", desk.file("seen")});
+    const auto outcome = desk.run(words);
+    REQUIRE(outcome.code == 0);
+    return outcome.err;
+  };
+  REQUIRE(desk.render({"--quiet"}).code == 0);
+  CHECK(notes_of({"report.json"}).find("taken off") == std::string::npos);
+  for (const auto* name : {"frame_00000.png", "frame_00001.png"})
+    std::filesystem::copy_file(desk.out("hologram.png"), desk.out(name));
+  CHECK(notes_of({"frame_00000.png"}).find("mean") == std::string::npos);
+  CHECK_SAYS(notes_of({"frame_00000.png", "frame_00001.png"}), "the mean of these 2 holograms");
+  REQUIRE(desk.render({"--quiet", "--set", "slm.shift=[0, \"50 um\"]", "--set",
+                       "slm.shift_distance=10 mm"})
+              .code == 0);
+  CHECK_SAYS(notes_of({"report.json"}), "slm.shift is taken off",
+             "(0 m, 50 um) from there at 10 mm");
+  CHECK(notes_of({"field.npy"}).find("taken off") == std::string::npos);
 }
 
 TEST_CASE("reconstruct at 0 shows the field's own intensity, and says that phases have none") {

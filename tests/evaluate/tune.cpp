@@ -126,6 +126,25 @@ TEST_CASE(
                       [](const auto& trial) { return trial.refused == "out of registers"; }) == 1);
 }
 
+TEST_CASE("a device that nobody has tuned takes rates of its kind, by its compute units") {
+  const Folder folder;
+  const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
+  auto info = processor();
+  const auto ray_s = [&](cl::DeviceKind kind, unsigned units) {
+    info.kind = kind;
+    info.compute_units = units;
+    CHECK_FALSE(figures_of(info).rates.is_measured);
+    return figures_of(info).rates.ray_s;
+  };
+  CHECK(ray_s(cl::DeviceKind::cpu, 2) == default_rates().ray_s);
+  CHECK(ray_s(cl::DeviceKind::cpu, 16) == default_rates().ray_s / 8);
+  CHECK(ray_s(cl::DeviceKind::gpu, 132) == gpu_rates().ray_s);
+  CHECK(ray_s(cl::DeviceKind::gpu, 66) == 2 * gpu_rates().ray_s);
+  CHECK(ray_s(cl::DeviceKind::gpu, 0) == default_rates().ray_s);
+  store_tuning(info, {{info.name, true, 1e-9, 2e-9, 3e-9, 4e-9, 5e-9, 6e-9, 7e-9}, {4, 32, 2}});
+  CHECK(figures_of(info).rates.is_measured);
+}
+
 TEST_CASE("what is found out is kept per device and read back; renders work in that shape") {
   const Folder folder;
   const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
