@@ -120,7 +120,7 @@ private:
                  static_cast<png_uint_32>(picture_.height), static_cast<int>(8 * picture_.size),
                  picture_.channels == 1 ? PNG_COLOR_TYPE_GRAY : PNG_COLOR_TYPE_RGB,
                  PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
-    // Levels hardly deflate: 16384 x 16384 take 8 s and 86 MB with the least effort, else about 45 s
+    // Levels hardly deflate: 16384 x 16384 take 8 s and 86 MB with the least effort, else 45 s
     // and 71 MB
     constexpr std::size_t large = std::size_t{1} << 25;
     if (picture_.row_bytes() * picture_.height > large) png_set_compression_level(png_, 1);
