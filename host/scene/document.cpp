@@ -163,9 +163,11 @@ void apply_override(Document& document, const std::string& text) {
       node = array->get(index);
     } else {
       const auto list = path.substr(0, path.size() - rest.size());  // with its dot
-      const bool names_none = node->is_array_of_tables() && !std::isdigit(key.front());
+      const bool names_none =
+          node->is_array_of_tables() && !std::isdigit(static_cast<unsigned char>(key.front()));
       fail("names no key of a scene" +
-           (names_none ? "; " + list + "0." + std::string(key) + " is that of the first" : ""));
+           (names_none ? "; " + one_line(list + "0." + std::string(key)) + " is that of the first"
+                       : ""));
     }
     rest.remove_prefix(dot + 1);
   }

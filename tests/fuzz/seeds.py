@@ -33,7 +33,7 @@ for file in sorted(data.glob("*.toml")):
     for mesh in data.glob("*.p[ln][yg]"):
         text = text.replace(mesh.name.encode(), b"/proc/self/exe")
     write("scene", file.name, text)
-for i, override in enumerate([b"wrp.padding=1.25", b"hologram.pitch=8 um", b"object.0.width=9 mm", b"sampling.mode=fan", b'light=[{direction=[0,0,1]}]']):
+for i, override in enumerate([b"wrp.padding=1.25", b"hologram.pitch=8 um", b"object.0.width=9 mm", b"object.width=9 mm", b"sampling.mode=fan", b'light=[{direction=[0,0,1]}]']):
     write("scene", f"override{i}", b'[[light]]\ndirection=[0,0,1]\n[[object]]\nmesh="/proc/self/exe"\n\0' + override)
 
 # Fields.

@@ -142,6 +142,8 @@ TEST_CASE("a wrong override is named in place of the line") {
       refusal("object.position=[0, 0, 1]") ==
       "--set object.position=[0, 0, 1]: names no key of a scene; object.0.position is that of the "
       "first");
+  CHECK(refusal("object.\nwidth=1") ==
+        "--set object.?width=1: names no key of a scene; object.0.?width is that of the first");
   CHECK(refusal("wrp.padding.x=1") == "--set wrp.padding.x=1: names no key of a scene");
   CHECK(refusal("a.b.c.d.e.f=1") == "--set a.b.c.d.e.f=1: names no key of a scene");
   for (const std::string text : {"wrp.padding", "=3", "wrp.=1", ".padding=1", ""})
