@@ -56,9 +56,9 @@ void print(const cl::DeviceInfo& d, bool is_default) {
   std::printf("     FFT              %s\n", fft.c_str());
 }
 
-void run_devices(const ReportOptions& report) {
-  const auto devices = cl::list_devices();
+void run_devices(const std::string& wanted, const ReportOptions& report) {
   const auto chosen = cl::find_device().index;  // where there is none, the error says what to do
+  const auto devices = wanted.empty() ? cl::list_devices() : std::vector{cl::find_device(wanted)};
   auto list = Json::array();
   for (const auto& device : devices) {
     const bool is_default = device.index == chosen;
@@ -73,9 +73,11 @@ void run_devices(const ReportOptions& report) {
 void add_devices(CLI::App& app) {
   auto* command = add_command(app, section::devices, "devices",
                               "List OpenCL devices and what each can do", "build/raywave devices");
+  auto wanted = std::make_shared<DeviceOptions>();
+  wanted->add_device_to(*command);
   auto report = std::make_shared<ReportOptions>();
   report->add_to(*command, "the list");
-  command->callback([report] { run_devices(*report); });
+  command->callback([wanted, report] { run_devices(wanted->device, *report); });
 }
 
 }  // namespace raywave::cli

@@ -247,7 +247,15 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
              std::to_string(slm.levels) + " grey levels, give levels_per_turn instead");
   }));
   const auto nearest = [wavelength_m](const Value& v) { return nearest_of(v, wavelength_m); };
-  key(whole("levels_per_turn", slm.levels_per_turn, 2, 4 * grey_levels_of(slm)).or_table(nearest));
+  key(whole("levels_per_turn", slm.levels_per_turn, 2, 4 * grey_levels_of(slm))
+          .or_table(nearest)
+          .and_then([](const Value& v) {
+            const auto* lasers = v.document->root.at_path("hologram.wavelength").as_array();
+            if (lasers && lasers->size() > 1 && !v.node->is_table())
+              v.note(
+                  "each laser has it; where the panel's own curve serves all of them, a turn of "
+                  "red takes more grey levels than one of blue: give a table by wavelength");
+          }));
   key(flag("invert", slm.invert).and_then([&](const Value& v) {
     if (slm.invert && !slm.lut.values.empty())
       v.fail("false: the LUT says itself whether phase falls as grey rises");

@@ -330,8 +330,9 @@ glm::dvec2 carrier_of(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_
     throw InputError("slm.shift: " + length_text(slm.shift_m.x) + ", " +
                      length_text(slm.shift_m.y) + " at " + length_text(slm.shift_distance_m) +
                      " needs a carrier of " + number_text(carrier.x) + ", " +
-                     number_text(carrier.y) +
-                     " cycles per pixel, and pixels show at most 0.5; give a smaller shift");
+                     number_text(carrier.y) + " cycles per pixel, and pixels of " +
+                     length_text(std::max(pitch_m.x, pitch_m.y)) +
+                     " show at most 0.5; give a smaller shift, or hologram.pitch");
   return carrier;
 }
 

@@ -251,6 +251,11 @@ TEST_CASE("devices lists every device with what it can do, one of them the defau
   REQUIRE(list.size() >= 1);
   CHECK(std::count_if(list.begin(), list.end(),
                       [](const Json& d) { return d["default"].get<bool>(); }) == 1);
+  const auto one =
+      Json::parse(desk.run({"devices", "--device", list.back()["index"], "--json"}).out);
+  REQUIRE(one.size() == 1);
+  CHECK(one[0] == list.back());
+  check_refused(desk.run({"devices", "--device", "no such"}), 3, "no such device");
 }
 
 TEST_CASE("selftest says by its exit code whether every row passed, and writes the table as JSON") {

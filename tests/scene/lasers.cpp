@@ -132,3 +132,17 @@ TEST_CASE("wrong lists of wavelengths say what would be right") {
   CHECK(holds(files.refusal(text_of(three, "[colour]\nduty = [0.5, 0.4, 0.3]\n")),
               "duty must be shares of the time that add up to 1 or less"));
 }
+
+TEST_CASE(
+    "grey levels to a turn that several lasers share get a note, those of one or a table not") {
+  Files files;
+  const auto notes = [&](const std::string& wavelength, const std::string& value) {
+    const auto text = text_of(wavelength, "[slm]\nlevels_per_turn = " + value + "\n");
+    return load_scenes(files.with(text)).front().notes;
+  };
+  REQUIRE(notes(three, "200").size() == 1);
+  CHECK(
+      holds(notes(three, "200").front(), "a turn of red takes more grey levels than one of blue"));
+  CHECK(notes(three, R"({"638 nm" = 254, "520 nm" = 206, "450 nm" = 168})").empty());
+  CHECK(notes(R"("638 nm")", "200").empty());
+}

@@ -406,7 +406,7 @@ TEST_CASE("a shift is a carrier against it, as far as the SLM's band goes") {
   CHECK(carrier.y == Approx(4.0 / 13 * 0.5 / 0.8));
   CHECK_REFUSED(carrier_of(slm, {2e-6, 2e-6}, 800e-9),
                 "slm.shift: 3 mm, -4 mm at 12 mm needs a carrier of ",
-                "pixels show at most 0.5; give a smaller shift");
+                "pixels of 2 um show at most 0.5; give a smaller shift, or hologram.pitch");
 }
 
 TEST_CASE("a LUT of voltages is refused with the range that phases have") {
