@@ -33,6 +33,7 @@ struct PictureRow {
   double unshown = 0;  // share of the SLM's light, of even brightness, that lies over the picture
   double copies = 0;   // mean square of copies of the picture around the corners of the SLM's band
   double copies_on_picture = 0;  // mean of copies times the picture
+  double haze = 0;  // mean square of what double phase throws over the picture, over `light`
   // Length of the edges of front surfaces and textures, times the square of their step, over the
   // picture's area: 1/m
   double edges_m = 0;
@@ -52,7 +53,6 @@ struct PictureModel {
   Cone cone;
   glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
-  double band_filled = 0;  // share of the SLM's band that the scene needs, mean of the axes
   double pupil_reach = 0;  // how far pupils look beside the axis, in bands
   bool sees_band = false;  // all of the band is seen, of a pupil with its corners
   bool is_even = false;    // near the hologram, phases show their even brightness

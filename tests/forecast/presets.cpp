@@ -461,7 +461,7 @@ TEST_CASE("goals do not refine what is given double phase") {
   const Goal accurate{Preset::accurate, {}, {}};
   const auto sets = [](const std::string& encoding) {
     return std::vector<std::string>{"hologram.resolution=[960, 540]", "sampling.pitch=auto",
-                                    "object.0.width=6 mm", "slm.encoding=" + encoding};
+                                    "object.0.width=10 mm", "slm.encoding=" + encoding};
   };
   CHECK(planned(data_scene("teapot.toml", sets("auto")), accurate).scene.refine);
   const auto kept = planned(data_scene("teapot.toml", sets("double-phase")), accurate);
