@@ -60,11 +60,10 @@ struct EncodingNoise {
 };
 
 /// What double phase throws around the band's corners is wider than the picture and fades towards
-/// it; what pixels that are not lit throw lies everywhere. The haze's mean over that of the picture,
-/// fitted to 19 pictures on two panels: levels within 3.3 dB, 14 of them within 2.
+/// it; what unlit pixels throw lies everywhere. Mean of the haze over that of the picture,
+/// fitted to 19 pictures on two panels: levels within 3.1 dB, 14 of them within 2.
 ///
-/// spread     mean of |x| + |y| from the picture's middle, by brightness, over the width that pixels
-///            show
+/// spread     mean of |x| + |y| from the picture's middle, by brightness, over what pixels show
 /// share_lit  of the hologram
 double haze_of_spread(double spread, double share_lit) {
   return std::clamp(0.018 * std::exp(30 * (spread - 0.124)) + 0.165 * (1 - share_lit), 0.009, 0.2);
@@ -591,6 +590,11 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       plan.hologram.largest_sine, 0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m));
   // Phases alone show no brightness, whatever an eyepiece leaves of the band
   model.is_even = plan.slm.encoding == Encoding::phase && !plan.refine;
+  const auto& materials = plan.lighting.materials;
+  model.highlights =
+      std::any_of(plan.lighting.used.begin(), plan.lighting.used.end(), [&](const auto number) {
+        return has_highlights(materials[static_cast<std::size_t>(number)], plan.channels());
+      });
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   set_refinement(model, plan);
   model.spot_m = limit_m(plan, middle_m(plan));
@@ -653,7 +657,7 @@ double PicturePrediction::sure_db() const {
   // Refined pictures go by the light that there is: what is missing counts for more
   if (refined) return mean_psnr_db - 2.5 * (1 + missing);
   // Mean square of what the model leaves out, such as highlights smaller than cells
-  constexpr double left_out = 2e-4;
+  const double left_out = highlights ? 2e-4 : 1e-4;
   return std::min(mean_psnr_db - 1, -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
 }
 
@@ -661,6 +665,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.window = model.window;
+  prediction.highlights = model.highlights;
   prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
