@@ -590,11 +590,12 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
       plan.hologram.largest_sine, 0.499 * plan.hologram.wavelength_m / plan.hologram.pitch_m));
   // Phases alone show no brightness, whatever an eyepiece leaves of the band
   model.is_even = plan.slm.encoding == Encoding::phase && !plan.refine;
-  const auto& materials = plan.lighting.materials;
-  model.highlights =
-      std::any_of(plan.lighting.used.begin(), plan.lighting.used.end(), [&](const auto number) {
-        return has_highlights(materials[static_cast<std::size_t>(number)], plan.channels());
-      });
+  const auto& lighting = plan.lighting;
+  const auto shines = [&](const auto number) {
+    return has_highlights(lighting.materials[static_cast<std::size_t>(number)], plan.channels());
+  };
+  model.has_detail =
+      lighting.textures > 0 || std::any_of(lighting.used.begin(), lighting.used.end(), shines);
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   set_refinement(model, plan);
   model.spot_m = limit_m(plan, middle_m(plan));
@@ -655,18 +656,21 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
 
 double PicturePrediction::sure_db() const {
   // Refined pictures go by the light that there is: what is missing counts for more
-  if (refined) return mean_psnr_db - 2.5 * (1 + missing);
-  // Mean square of what the model leaves out, such as highlights smaller than cells
-  const double left_out = highlights ? 2e-4 : 1e-4;
-  return std::min(mean_psnr_db - 1, -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
+  const double margin_db = refined ? 2.5 * (1 + 2.5 * missing) : 1;
+  return std::min(mean_psnr_db - margin_db,
+                  -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
 }
 
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.window = model.window;
-  prediction.highlights = model.highlights;
   prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
+  // Pictures made by rays hold what samples miss
+  prediction.left_out = model.refined_depths > 0 ? 0
+                        : model.has_detail       ? 2e-4
+                        : prediction.refined     ? 0
+                                                 : 1e-4;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
   const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;

@@ -55,7 +55,7 @@ struct PictureModel {
   Encoding encoding = Encoding::double_phase;
   double pupil_reach = 0;   // how far pupils look beside the axis, in bands
   bool sees_band = false;   // all of the band is seen, of a pupil with its corners
-  bool highlights = false;  // of some material
+  bool has_detail = false;  // highlights or textures, which may be smaller than cells
   bool is_even = false;     // near the hologram, phases show their even brightness
   double copies = 1;        // what the copies of rows count, where a part of the hologram is lit
   double stopped = 0;       // share of the light that slm.stop cuts off
@@ -93,8 +93,8 @@ struct PicturePrediction {
   double field_psnr_db = 0;     // mean of the rows, of the complex field
   PictureWindow window;         // that they are of
   bool refined = false;
-  bool highlights = false;  // of some material
-  bool dark = false;        // no light is seen: nothing can be said of the pictures
+  double left_out = 0;  // mean square that is not predicted, at most: detail smaller than cells
+  bool dark = false;    // no light is seen: nothing can be said of the pictures
   // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`
   // is what they leave of the light
   double dots = 0, speckle = 0, edges = 0, missing = 0, padding = 0, encoding = 0, stop = 0,

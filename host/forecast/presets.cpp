@@ -398,8 +398,11 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
                                             : with.psnr_db > without.psnr_db;
       if (is_better && with.seconds <= goal.budget_s.value_or(with.seconds)) {
         if (!is_reached)
-          why_refined = "refine: without it, at most " + decibels_text(without.psnr_db) +
-                        " are expected" + (goal.budget_s ? " in that time" : "");
+          why_refined = goal.psnr_db
+                            ? "refine: without it, no more than " + decibels_text(without.sure_db) +
+                                  " are sure"
+                            : "refine: without it, at most " + decibels_text(without.psnr_db) +
+                                  " are expected" + (goal.budget_s ? " in that time" : "");
         all = std::move(all_refined);
         candidates.emplace(std::move(refined));
       } else {
