@@ -246,7 +246,8 @@ TEAPOT = ("raywave quality data/teapot.toml --lens-points 6 --no-views --window 
 | teapot | front | back | defocus | light |
 |---|---|---|---|---|
 | {} | {:.1f} | {:.1f} | {:.1f} | {:.2f} |""", {
-    "double phase": TEAPOT, "phase": TEAPOT + sets("slm.encoding=phase")})
+    name.replace("-", " "): TEAPOT + sets(f"slm.encoding={name}")
+    for name in ("double-phase", "phase")})
 def encodings(seen):
     yield ["field", *psnr(seen["phase"], of_field=True), ""]
     for name, quality in seen.items():
