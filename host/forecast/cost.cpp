@@ -128,7 +128,7 @@ int lights_of(const Lighting& lighting) {
 void add_lens_of_refinement(const World& world, const Plan& plan, const FrontView& view,
                             Work& work) {
   const auto& settings = plan.refine.value();
-  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto window_m = refine_window_m(plan);
   const auto pixels = key_pixels(plan, window_m, settings.blur_m.value());
   double points = 0;
   for (const auto& place : planned_places(plan))
@@ -144,7 +144,7 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   const auto& settings = plan.refine.value();
   const double blur_m = settings.blur_m.value();
   const auto places = planned_places(plan);
-  const auto window_m = settings.window_m.value_or(refine_window_m(plan));
+  const auto window_m = refine_window_m(plan);
   const bool of_samples = refines_samples(plan);
   // Butterflies of a look at each picture, and of both ways of an iteration
   const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;

@@ -580,10 +580,10 @@ void set_refinement(PictureModel& model, const Plan& plan) {
   }
   const auto places = planned_places(plan);
   for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
-  const auto window_m = refine_window_m(plan);
   model.folds = std::any_of(places.begin(), places.end(), [&](const auto& place) {
-    const auto limits = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
-                                       plan.hologram.wavelength_m, blur_m, place.z_m, window_m);
+    const auto limits =
+        fresnel_limits(plan.hologram.size, plan.hologram.pitch_m, plan.hologram.wavelength_m,
+                       blur_m, place.z_m, refine_window_m(plan));
     return !place.pupil && limits.hold() && limits.folded > most_folded;
   });
   const double needed = refine_iterations(places);

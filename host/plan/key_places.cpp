@@ -270,7 +270,10 @@ int planned_iterations(const Plan& plan) {
       key_places(plan, refine.blur_m.value(), {refine.depths_m, planned_views(refine)})));
 }
 
-glm::dvec2 refine_window_m(const Plan& plan) { return plan.window_m() * glm::dvec2(plan.grid); }
+glm::dvec2 refine_window_m(const Plan& plan) {
+  if (plan.refine && plan.refine->window_m) return *plan.refine->window_m;
+  return plan.window_m() * glm::dvec2(plan.grid);
+}
 
 glm::dvec2 key_pixels(const Plan& plan, glm::dvec2 window_m, double blur_m) {
   const auto pixel_m = glm::max(glm::dvec2(blur_m / pixels_per_blur), plan.hologram.pitch_m);

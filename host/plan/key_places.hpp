@@ -107,7 +107,7 @@ std::vector<KeyPlace> planned_places(const Plan& plan);
 /// Plan::refine's iterations per frame, or as many as its pictures need.
 int planned_iterations(const Plan& plan);
 
-/// Size of the pictures when none is given: what the WRPs cover.
+/// Size of the pictures: Plan::refine's, or what the WRPs cover.
 glm::dvec2 refine_window_m(const Plan& plan);
 
 /// Columns and rows of a picture of this size: whole pixels, so that it ends where the window does.

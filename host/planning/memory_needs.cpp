@@ -35,7 +35,7 @@ std::uint64_t bytes_of_found(const Plan& plan) {
 /// What pictures to refine towards take: planes of light, and the parts of them that are wanted.
 void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all) {
   auto& needs = all.device;
-  const auto window_m = plan.refine->window_m.value_or(refine_window_m(plan));
+  const auto window_m = refine_window_m(plan);
   const double pixels = static_cast<double>(area(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
   double wanted = 0, largest = 0, in_pupil = 0;

@@ -84,7 +84,7 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
       key.round = place.round;
       key.pupil = place.pupil;
       key.samples = light;
-      key.sample_window_m = settings.window_m.value_or(refine_window_m(*plan_));
+      key.sample_window_m = refine_window_m(*plan_);
       refined_.keys.push_back(std::move(key));
       continue;
     }
