@@ -164,19 +164,29 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   double draws = 0, all_looks = 0, drawn_looks = 0;
   for (const auto& place : places) {
     const auto open = place.aperture.x * place.aperture.y;
-    const bool fresnel = fresnel_limits(plan.hologram.size, plan.hologram.pitch_m,
-                                        plan.hologram.wavelength_m, blur_m, place.z_m, window_m)
-                             .hold();
+    const auto& h = plan.hologram;
+    const auto propagation =
+        key_propagation(h.size, h.pitch_m, h.wavelength_m, blur_m, place.z_m, window_m);
+    const auto corrected = [&] {
+      const auto planes = corrected_planes(place, h.size, h.pitch_m, h.wavelength_m, window_m);
+      const auto transform = [](glm::ivec2 sides) {
+        const double plane = 1.0 * sides.x * sides.y;
+        return plane * (std::log2(plane) + butterflies_of_a_pixel);
+      };
+      return transform(planes.pixels) + transform(planes.fine * planes.pixels) +
+             transform(planes.picture) + of_pixel * place.aperture.x * place.aperture.y * area;
+    };
     const auto through_pupil = [&] {
       const glm::dvec2 sides =
           samples_through_pupil(place, plan.hologram.size, plan.hologram.pitch_m, blur_m);
       const double plane = sides.x * sides.y;
       return plane * (std::log2(plane) + of_pixel);
     };
-    const double look = place.pupil  ? through_pupil()
-                        : of_samples ? open * looking(1, 1)
-                        : fresnel    ? open * looking(refine_padding, 1)
-                                     : exact_look;
+    const double look = place.pupil                              ? through_pupil()
+                        : of_samples                             ? open * looking(1, 1)
+                        : propagation == KeyPropagation::fresnel ? open * looking(refine_padding, 1)
+                        : propagation == KeyPropagation::corrected ? corrected()
+                                                                   : exact_look;
     all_looks += look;
     drawn_looks += place.times * look;
     draws += place.times;

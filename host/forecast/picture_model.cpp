@@ -37,10 +37,6 @@ constexpr double end_in_cells = 6, step_of_pattern = 0.5;
 /// one sample misses at edges; for 6 depths and 1 frame. Light, over the root of the spots that a
 /// blur holds. Fitted to nine demo scenes at 1 and 4 frames (docs/planning.md).
 constexpr double refined_light = 8e-3, refined_missing = 0.04, refined_edges = 0.19;
-/// Where more of the window than this is too steep for a part of the hologram, a Fresnel
-/// propagation folds that part's light over it, and refinement mends less of what is missing.
-/// Fitted to three balls before a card, within 0.8 dB.
-constexpr double most_folded = 0.01, folded_missing = 0.5;
 /// What stays of the field's error at edges, at depths between those refined towards, however many
 /// frames and iterations; between the teapot (0.15) and the study (0.05), in 4 and 16 frames.
 constexpr double left_of_edges = 0.1;
@@ -580,12 +576,6 @@ void set_refinement(PictureModel& model, const Plan& plan) {
   }
   const auto places = planned_places(plan);
   for (const auto& place : places) model.refined_depths += place.aperture == glm::dvec2(1);
-  model.folds = std::any_of(places.begin(), places.end(), [&](const auto& place) {
-    const auto limits =
-        fresnel_limits(plan.hologram.size, plan.hologram.pitch_m, plan.hologram.wavelength_m,
-                       blur_m, place.z_m, refine_window_m(plan));
-    return !place.pupil && limits.hold() && limits.folded > most_folded;
-  });
   const double needed = refine_iterations(places);
   // Four times as many lost 2 to 4 dB of a teapot and a coin, at depths between
   model.refined_rounds = std::min(1.0, refine.iterations.value_or(needed) / needed);
@@ -749,9 +739,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
         haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
         (is_refined ? by_depths / by_rounds * refined_light * std::sqrt(grain) * row.light
                     : left * encoding_here);
-    const double missing_here = row.missing * (!is_refined   ? 1
-                                               : model.folds ? folded_missing
-                                                             : by_depths * refined_missing);
+    const double missing_here = row.missing * (is_refined ? by_depths * refined_missing : 1);
     const double at_edges =
         is_refined ? by_depths * refined_edges * cells_at_edges + left_of_edges * edges_here
                    : edges_here;

@@ -61,7 +61,6 @@ struct PictureModel {
   double stopped = 0;       // share of the light that slm.stop cuts off
   int refined_depths = 0;   // whole pictures that phases are refined towards; 0: they are not
   Pace pace;
-  bool folds = false;         // refinement takes light of too steep angles for the window's
   double refined_rounds = 1;  // iterations, over refine_iterations of these pictures; at most 1
   PictureWindow window;
   std::vector<PictureRow> rows;

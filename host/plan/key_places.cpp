@@ -8,7 +8,9 @@
 #include <numeric>
 #include <random>
 
+#include "host/common/fft_backend.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/padded_plane.hpp"
 
 namespace raywave {
 namespace {
@@ -304,6 +306,60 @@ FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelen
   limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
                           (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
   return limits;
+}
+
+CorrectedPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 open,
+                                 glm::dvec2 pitch_m, double wavelength_m, double z_m,
+                                 glm::dvec2 window_m, double padding) {
+  constexpr int fringe = 16;  // of edges, in pixels
+  z_m = std::abs(z_m);
+  const auto sine = wavelength_m / (2.0 * pitch_m), reach_m = z_m * sine;
+  const double cosine = std::sqrt(std::max(1 - glm::dot(sine, sine), 0.01));
+  CorrectedPlanes planes;
+  planes.margin =
+      fringe + static_cast<int>(std::ceil(std::max(reach_m.x / pitch_m.x, reach_m.y / pitch_m.y) *
+                                          (1 / cosine - 1)));
+  planes.open = open + 2 * planes.margin;
+  planes.pixels = 2 * padded_size((planes.open + 1) / 2, 1);  // even
+  // What the open part sends to a period of the transform beyond the window would fold into it
+  const auto edges = glm::max(glm::abs(glm::dvec2(first) - glm::dvec2(size) / 2.0),
+                              glm::abs(glm::dvec2(first + open) - glm::dvec2(size) / 2.0)),
+             far_m = window_m / 2.0 + (edges + 1.0 * planes.margin) * pitch_m;
+  for (int axis = 0; axis < 2; ++axis) {
+    const double periods =
+        std::clamp((far_m[axis] + reach_m[axis]) / (2 * reach_m[axis]), 1.0, 1e3);
+    if (far_m[axis] > reach_m[axis])
+      planes.fine[axis] =
+          static_cast<int>(next_fast_size(static_cast<std::size_t>(std::ceil(periods - 1e-6))));
+  }
+  planes.picture =
+      padded_size(glm::max(planes.fine * planes.pixels,
+                           glm::ivec2(glm::ceil(glm::dvec2(planes.fine * planes.open) * padding))),
+                  1);
+  return planes;
+}
+
+CorrectedPlanes corrected_planes(const KeyPlace& place, glm::ivec2 size, glm::dvec2 pitch_m,
+                                 double wavelength_m, glm::dvec2 window_m) {
+  const auto edge = [&](double side) {
+    return glm::ivec2(glm::clamp(
+        (1.0 + glm::dvec2(1, -1) * place.view + side * place.aperture) / 2.0 * glm::dvec2(size),
+        glm::dvec2(0), glm::dvec2(size)));
+  };
+  const auto first = edge(-1);
+  return corrected_planes(size, first, edge(1) - first, pitch_m, wavelength_m, place.z_m, window_m);
+}
+
+KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
+                               double blur_m, double z_m, glm::dvec2 window_m) {
+  if (fresnel_limits(size, pitch_m, wavelength_m, blur_m, z_m, window_m).hold())
+    return KeyPropagation::fresnel;
+  const auto planes = corrected_planes(size, {0, 0}, size, pitch_m, wavelength_m, z_m, window_m);
+  const auto area = [](glm::dvec2 sides) { return sides.x * sides.y; };
+  const double corrected = area(planes.pixels) * (1 + area(planes.fine)) + area(planes.picture),
+               tiles = area(glm::ceil(window_m / (glm::dvec2(size) * pitch_m) - 1e-9)),
+               padded = 4 * area(size);  // of the exact propagation
+  return corrected < padded * (1 + tiles) ? KeyPropagation::corrected : KeyPropagation::exact;
 }
 
 }  // namespace raywave

@@ -135,7 +135,7 @@ struct FresnelLimits {
   double folded = 0;
 
   bool hold() const { return miss <= most_miss && folded <= most_folded; }
-  static constexpr double most_miss = 2.5, most_folded = 0.15;
+  static constexpr double most_miss = 2.5, most_folded = 0.01;
 };
 
 /// Of a picture at z_m.
@@ -144,5 +144,35 @@ struct FresnelLimits {
 /// blur_m  standard deviation after which pictures are compared
 FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
                              double blur_m, double z_m, glm::dvec2 window_m);
+
+/// How light goes from a hologram to a picture.
+enum class KeyPropagation {
+  fresnel,    // one transform, padded; pixels grow with the distance
+  corrected,  // the same, after the spectrum's phases have been made those of the exact one
+  exact,      // angular spectrum, tile by tile; pixels are the hologram's
+};
+
+/// Planes of the corrected propagation of an open part of a hologram.
+struct CorrectedPlanes {
+  int margin = 0;           // pixels on each side, to which the correction moves light
+  glm::ivec2 open{1, 1};    // pixels, with the margins
+  glm::ivec2 pixels{1, 1};  // samples of the spectrum
+  // Samples per pixel: light that the pixels cannot show folds beyond the window
+  glm::ivec2 fine{1, 1};
+  glm::ivec2 picture{1, 1};  // samples
+};
+
+/// first, open  pixels of the hologram that are open
+/// padding      sides of the picture's plane over those of the open part
+CorrectedPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 open,
+                                 glm::dvec2 pitch_m, double wavelength_m, double z_m,
+                                 glm::dvec2 window_m, double padding = refine_padding);
+/// The same of what a place opens, to within a pixel.
+CorrectedPlanes corrected_planes(const KeyPlace& place, glm::ivec2 size, glm::dvec2 pitch_m,
+                                 double wavelength_m, glm::dvec2 window_m);
+
+/// The fastest propagation to pictures at z_m that is good enough; arguments as fresnel_limits.
+KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
+                               double blur_m, double z_m, glm::dvec2 window_m);
 
 }  // namespace raywave

@@ -38,7 +38,7 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
   const auto window_m = refine_window_m(plan);
   const double pixels = static_cast<double>(area(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
-  double wanted = 0, largest = 0, in_pupil = 0;
+  double wanted = 0, largest = 0, in_pupil = 0, corrected = 0, in_spectrum = 0;
   for (const auto& place : planned_places(plan)) {
     if (place.pupil) {
       const double samples = static_cast<double>(area(samples_through_pupil(
@@ -48,17 +48,31 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
       largest = std::max(largest, samples);
       continue;
     }
-    const auto shown_m = plan.hologram.wavelength_m * std::abs(place.z_m) / plan.hologram.pitch_m,
-               share = place.aperture * glm::min(window_m / shown_m, 1.0);
-    wanted += share.x * share.y * planes;
-    largest = std::max(largest, share.x * share.y * planes);
+    const auto& h = plan.hologram;
+    auto shown_m = h.wavelength_m * std::abs(place.z_m) / h.pitch_m;
+    double samples = place.aperture.x * place.aperture.y * planes;
+    if (!refines_samples(plan) &&
+        key_propagation(h.size, h.pitch_m, h.wavelength_m, plan.refine->blur_m.value(), place.z_m,
+                        window_m) == KeyPropagation::corrected) {
+      const auto of = corrected_planes(place, h.size, h.pitch_m, h.wavelength_m, window_m);
+      samples = static_cast<double>(area(of.picture));
+      shown_m *= of.fine;
+      corrected = std::max(corrected, samples);
+      in_spectrum =
+          std::max(in_spectrum, static_cast<double>(area(of.pixels) + area(of.fine * of.pixels)));
+    }
+    const auto share = glm::min(window_m / shown_m, 1.0);
+    wanted += share.x * share.y * samples;
+    largest = std::max(largest, share.x * share.y * samples);
   }
   const auto bytes = [](double each, double count) {
     return static_cast<std::uint64_t>(each * grown * count);
   };
   // A frame for the encoding; intensities, what is blurred of them, and a picture
   needs.push_back(
-      {"light of the pictures", bytes(8, pixels + planes + in_pupil) + bytes(14, largest), advice});
+      {"light of the pictures",
+       bytes(8, pixels + std::max(planes, corrected) + in_pupil + in_spectrum) + bytes(14, largest),
+       advice});
   if (refines_samples(plan)) all.host_bytes += bytes(24, largest);  // rasters of samples
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});

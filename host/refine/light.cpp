@@ -32,9 +32,13 @@ int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 /// Samples from a row of a hologram to the next.
 int row_pitch(glm::ivec2 size) { return whole_packets(size.x) + packet; }
 
-/// Part of a line of `all` samples, of which `count` from number `first` on are open.
+/// Part of a line of `all` samples, of which `count` from number `first` on are open, `step` of a
+/// sample apart.
 struct OpenLine {
-  int all, first, count;
+  int all;
+  double first;
+  int count;
+  double step = 1;
 };
 
 /// The chirp before a transform: `curve` turns times the square of a sample's place, counted from
@@ -44,7 +48,7 @@ struct OpenLine {
 std::vector<Sample> chirp(const OpenLine& line, double curve, double slope, double factor = 1) {
   std::vector<Sample> values(count_of(whole_packets(line.count)));
   for (int i = 0; i < line.count; ++i) {
-    const double place = line.first + i - (line.all - 1) / 2.0,
+    const double place = line.first + i * line.step - (line.all - 1) / 2.0,
                  turns = curve * place * place + slope * i;
     values[count_of(i)] =
         Sample(std::polar(factor, 2 * std::numbers::pi * (turns - std::round(turns))));
@@ -60,7 +64,17 @@ double to_middle(int n) { return (n - 1.0) / (2.0 * n); }
 std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int axis) {
   const double pitch_m = optics.pitch_m[axis], lambda = optics.wavelength_m;
   const int n = optics.size[axis], padded = grid.size[axis];
-  OpenLine line{n, grid.open.first[axis], grid.open.size[axis]};
+  OpenLine line{n, 1.0 * grid.open.first[axis], grid.open.size[axis]};
+  if (grid.propagation == Propagation::corrected) {
+    const auto& sizes = grid.corrected;
+    line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.fine[axis] * sizes.open[axis],
+            1.0 / sizes.fine[axis]};
+    // Half a turn per pixel: the spectrum begins with its lowest frequency, not with zero
+    auto values = chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
+                        -to_middle(padded) - line.step / 2);
+    values.resize(count_of(whole_packets(sizes.fine[axis] * sizes.pixels[axis])));
+    return values;
+  }
   if (!grid.pupil)
     return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m), -to_middle(padded));
   line.all = optics.pupil_plane[axis];
@@ -110,6 +124,10 @@ cl::Program program_of(const cl::Device& device, bool has_beam = false) {
           "kernels/refine/refine.cl",
           {{option::lanes, std::to_string(device.info().float_lanes)},
            {option::beam, has_beam ? "1" : "0"}}};
+}
+
+PlanePart part(glm::ivec2 first, glm::ivec2 count) {
+  return {{count_of(first.x), count_of(count.x)}, {count_of(first.y), count_of(count.y)}};
 }
 
 /// Part of the plane along one axis that the blur of the region reads.
@@ -201,19 +219,36 @@ struct Light::State {
   struct Tables {
     cl::ComplexBuffer column_chirp, row_chirp;
     OpenPart open;  // part of the hologram that kernels take: all of it where a mask cuts
+    // Of corrected keys: phases of the spectrum, and the chirp of the samples made of it
+    cl::ComplexBuffer spectrum_columns, spectrum_rows, fine_columns, fine_rows;
   };
 
-  bool fresnel(std::size_t key) const { return grids[key].propagation == Propagation::fresnel; }
-  PlanePart live_at_hologram(const PictureGrid& grid) const;
-  PlanePart live_in_picture(const PictureGrid& grid) const;
+  bool is(Propagation propagation, std::size_t key) const {
+    return grids[key].propagation == propagation;
+  }
+  void run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse, const PlanePart& live,
+               const PlanePart& wanted);
+  glm::ivec2 live_at_hologram(const PictureGrid& grid) const;
   void transform(std::size_t key, bool inverse);
   cl::ComplexBuffer& plane(std::size_t key) { return planes[count_of(grids[key].slot)]; }
   void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
               int nx, int columns, int rows);
+  void spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
+                    const cl::ComplexBuffer& columns_chirp, const cl::ComplexBuffer& rows_chirp,
+                    glm::ivec2 open, cl::ComplexBuffer& to, int nx, int columns, int rows);
+  void fit_corrected(const PictureGrid& grid, Tables& t);
+  void correct_spectrum(std::size_t key, bool back);
+  void show_corrected(const PhaseStack& holograms, int frame, std::size_t key);
+  void back_corrected(std::size_t key);
   void show_exactly(std::size_t key);
   void back_exactly(std::size_t key);
   const cl::ComplexBuffer& back(std::size_t key);
-  int back_pitch(std::size_t key) const { return fresnel(key) ? grids[key].size.x : optics.size.x; }
+  int back_pitch(std::size_t key) const {
+    const auto& grid = grids[key];
+    return is(Propagation::fresnel, key)     ? grid.size.x
+           : is(Propagation::corrected, key) ? grid.corrected.pixels.x
+                                             : optics.size.x;
+  }
   cl::Kernel& kernel(const char* name);
   /// Transforms that serve planes of this size.
   void fit_transform(glm::ivec2 size, glm::ivec2 live);
@@ -232,11 +267,14 @@ struct Light::State {
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   std::optional<Propagator> propagator;
   cl::ComplexBuffer at_hologram;  // field of the exact propagation
+  // Of the corrected one: the open part's spectrum, and finer samples made of it; packets read
+  // beyond the last row's end
+  cl::ComplexBuffer spectrum, fine;
   // The hologram's light in the pupil's plane, and what parts of it add; the hologram's tables.
   // Packets read beyond the last row's end
   cl::ComplexBuffer in_pupil, added_in_pupil;
   std::optional<Tables> to_pupil;
-  std::optional<cl::Kernel> spread_of_pupil;  // where the beam is in the light already
+  std::optional<cl::Kernel> plain_spread;  // where the beam is in the light already
   int transforms = 0;
 };
 
@@ -263,7 +301,9 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
       return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
     };
     const auto n = optics.size, first = grid.open.first, count = grid.open.size;
-    if (fresnel(key)) {
+    if (is(Propagation::corrected, key)) {
+      fit_corrected(grid, t);
+    } else if (is(Propagation::fresnel, key)) {
       t.open = grid.open;
       t.column_chirp = on_device(chirp_of(optics, grid, 0));
       t.row_chirp = on_device(chirp_of(optics, grid, 1));
@@ -301,6 +341,40 @@ void Light::State::fit_transform(glm::ivec2 size, glm::ivec2 live) {
   }
 }
 
+void Light::State::fit_corrected(const PictureGrid& grid, Tables& t) {
+  const auto& sizes = grid.corrected;
+  const auto table = [&](std::vector<Sample> values) {
+    return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
+  };
+  const auto alternating = [&](int axis) {
+    return table(chirp({1, 0, grid.open.size[axis]}, 0, 0.5));
+  };
+  // Moves the open part behind its margin, and makes up for the transforms' factors
+  const auto moved = [&](int axis) {
+    const int n = sizes.pixels[axis];
+    return table(chirp({1, 0, n}, 0, -1.0 * sizes.margin / n, 1.0 / (n * sizes.fine[axis])));
+  };
+  t.open = grid.open;
+  t.column_chirp = alternating(0);
+  t.row_chirp = alternating(1);
+  t.spectrum_columns = moved(0);
+  t.spectrum_rows = moved(1);
+  t.fine_columns = table(chirp_of(optics, grid, 0));
+  t.fine_rows = table(chirp_of(optics, grid, 1));
+  const auto fine_size = sizes.fine * sizes.pixels;
+  fit_transform(sizes.pixels, sizes.pixels);
+  fit_transform(fine_size, fine_size);
+  fit_transform(grid.size, live_at_hologram(grid));
+  const auto make_room = [&](cl::ComplexBuffer& plane, glm::ivec2 size, const char* what) {
+    if (plane.size() >= area(size) + packet) return;
+    plane = {};  // frees the old memory first
+    plane = {device, area(size) + packet, what};
+    plane.fill_zero();
+  };
+  make_room(spectrum, sizes.pixels, "spectrum of the hologram");
+  make_room(fine, fine_size, "finer samples of the hologram");
+}
+
 void Light::State::fit_pupil(const Pupil& pupil) {
   const auto n = optics.size, all = optics.pupil_plane;
   fit_transform(all, all);
@@ -332,24 +406,28 @@ PlanePart Light::State::live_in_pupil() const {
     low = glm::min(low, grid.open.first);
     high = glm::max(high, grid.open.first + grid.open.size);
   }
-  return {{count_of(low.x), count_of(high.x - low.x)}, {count_of(low.y), count_of(high.y - low.y)}};
+  return part(low, high - low);
 }
 
-/// inverse: from the pupil to the hologram
-void Light::State::transform_pupil(cl::ComplexBuffer& plane, bool inverse) {
+void Light::State::run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse,
+                           const PlanePart& live, const PlanePart& wanted) {
   ++transforms;
-  const auto n = optics.size;
-  const std::pair shape(optics.pupil_plane.x, optics.pupil_plane.y);
+  const std::pair shape(size.x, size.y);
   if (backend != cl::FftBackend::host) {
     auto& fft = *device_ffts.at(shape);
     return inverse ? fft.inverse(plane) : fft.forward(plane);
   }
   auto& fft = host_ffts.at(shape);
-  const PlanePart hologram{{0, count_of(n.x)}, {0, count_of(n.y)}};
   plane.on_host([&](std::span<Sample> samples) {
-    inverse ? fft.inverse(samples.data(), live_in_pupil(), hologram)
-            : fft.forward(samples.data(), hologram, live_in_pupil());
+    inverse ? fft.inverse(samples.data(), live, wanted) : fft.forward(samples.data(), live, wanted);
   });
+}
+
+/// inverse: from the pupil to the hologram
+void Light::State::transform_pupil(cl::ComplexBuffer& plane, bool inverse) {
+  const auto hologram = part({0, 0}, optics.size);
+  run_fft(plane, optics.pupil_plane, inverse, inverse ? live_in_pupil() : hologram,
+          inverse ? hologram : live_in_pupil());
 }
 
 void Light::State::take_beam() {
@@ -371,53 +449,98 @@ cl::Kernel& Light::State::kernel(const char* name) {
   return known->second;
 }
 
-PlanePart Light::State::live_at_hologram(const PictureGrid& grid) const {
-  return {{0, count_of(grid.open.size.x)}, {0, count_of(grid.open.size.y)}};
-}
-
-PlanePart Light::State::live_in_picture(const PictureGrid& grid) const {
-  const auto first = grid.region_first, count = grid.region_size;
-  return {{count_of(first.x), count_of(count.x)}, {count_of(first.y), count_of(count.y)}};
+glm::ivec2 Light::State::live_at_hologram(const PictureGrid& grid) const {
+  return grid.propagation == Propagation::corrected ? grid.corrected.fine * grid.corrected.open
+                                                    : grid.open.size;
 }
 
 /// inverse: from the hologram to the picture
 void Light::State::transform(std::size_t key, bool inverse) {
-  ++transforms;
   const auto& grid = grids[key];
-  auto& plane = this->plane(key);
-  const std::pair shape(grid.size.x, grid.size.y);
-  if (backend != cl::FftBackend::host) {
-    auto& fft = *device_ffts.at(shape);
-    return inverse ? fft.inverse(plane) : fft.forward(plane);
-  }
-  auto& fft = host_ffts.at(shape);
-  plane.on_host([&](std::span<Sample> samples) {
-    if (inverse) {
-      fft.inverse(
-          samples.data(), live_at_hologram(grid),
-          {with_margin(grid.region_first.x, grid.region_size.x, grid.margin_x(), shape.first),
-           with_margin(grid.region_first.y, grid.region_size.y, grid.radius_y(), shape.second)});
-    } else {
-      fft.forward(samples.data(), live_in_picture(grid), live_at_hologram(grid));
-    }
-  });
+  const auto hologram = part({0, 0}, live_at_hologram(grid));
+  const auto first = grid.region_first, count = grid.region_size;
+  if (inverse)
+    run_fft(plane(key), grid.size, true, hologram,
+            {with_margin(first.x, count.x, grid.margin_x(), grid.size.x),
+             with_margin(first.y, count.y, grid.radius_y(), grid.size.y)});
+  else
+    run_fft(plane(key), grid.size, false, part(first, count), hologram);
 }
 
 void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t key,
                           cl::ComplexBuffer& to, int nx, int columns, int rows) {
   const auto& t = tables[key];
   if (grids[key].pupil) {
-    if (!spread_of_pupil) spread_of_pupil = program_of(device).kernel("spread");
     const int pitch = optics.pupil_plane.x;
-    const auto from = static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x);
-    return run_rows(device, *spread_of_pupil, columns, rows, in_pupil, from, pitch, beam, from,
-                    t.column_chirp, t.row_chirp, t.open.size.x, t.open.size.y, to, nx, columns,
-                    rows);
+    return spread_plane(in_pupil,
+                        static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x), pitch,
+                        t.column_chirp, t.row_chirp, t.open.size, to, nx, columns, rows);
   }
   run_rows(device, kernel("spread"), columns, rows, holograms.samples,
            holograms.first(frame, t.open.first), holograms.pitch(), beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
            t.open.size.y, to, nx, columns, rows);
+}
+
+/// As `spread`, of light in rows of `pitch` samples, from `first` on.
+void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
+                                const cl::ComplexBuffer& columns_chirp,
+                                const cl::ComplexBuffer& rows_chirp, glm::ivec2 open,
+                                cl::ComplexBuffer& to, int nx, int columns, int rows) {
+  if (!plain_spread) plain_spread = program_of(device).kernel("spread");
+  run_rows(device, *plain_spread, columns, rows, from, first, pitch, beam, first, columns_chirp,
+           rows_chirp, open.x, open.y, to, nx, columns, rows);
+}
+
+/// From the spectrum to that of finer samples, or back, with the phases that the Fresnel
+/// propagation lacks.
+void Light::State::correct_spectrum(std::size_t key, bool back) {
+  const auto& grid = grids[key];
+  const auto& sizes = grid.corrected;
+  const auto& t = tables[key];
+  const auto n = sizes.pixels, fine_size = sizes.fine * n;
+  const auto sines = optics.wavelength_m / (optics.pitch_m * glm::dvec2(n));
+  // FFTs of the device read all of the plane
+  const auto written = back || backend == cl::FftBackend::host ? n : fine_size;
+  run_rows(device, kernel("correct_spectrum"), written.x, written.y, back ? fine : spectrum,
+           back ? fine_size.x : n.x, t.spectrum_columns, t.spectrum_rows, n.x, n.y,
+           static_cast<float>(sines.x), static_cast<float>(sines.y),
+           static_cast<float>(grid.z_m / (2 * optics.wavelength_m)), std::int32_t{back},
+           back ? spectrum : fine, back ? n.x : fine_size.x, written.x, written.y);
+}
+
+/// The Fresnel propagation of a hologram whose spectrum has the phases of the exact one, and room
+/// for light that its pixels send beyond the window.
+void Light::State::show_corrected(const PhaseStack& holograms, int frame, std::size_t key) {
+  const auto& grid = grids[key];
+  const auto& sizes = grid.corrected;
+  const auto& t = tables[key];
+  const auto n = sizes.pixels, fine_size = sizes.fine * n, open = sizes.fine * sizes.open;
+  const bool on_host = backend == cl::FftBackend::host;
+  const auto written = on_host ? grid.open.size : n;
+  spread(holograms, frame, key, spectrum, n.x, written.x, written.y);
+  run_fft(spectrum, n, false, part({0, 0}, grid.open.size), part({0, 0}, n));
+  correct_spectrum(key, false);
+  run_fft(fine, fine_size, true, part({0, 0}, n), part({0, 0}, open));
+  const auto shown = on_host ? open : grid.size;
+  spread_plane(fine, 0, fine_size.x, t.fine_columns, t.fine_rows, open, plane(key), grid.size.x,
+               shown.x, shown.y);
+  transform(key, true);
+}
+
+/// The adjoint.
+void Light::State::back_corrected(std::size_t key) {
+  const auto& grid = grids[key];
+  const auto& sizes = grid.corrected;
+  const auto& t = tables[key];
+  const auto n = sizes.pixels, fine_size = sizes.fine * n, open = sizes.fine * sizes.open,
+             written = backend == cl::FftBackend::host ? open : fine_size;
+  transform(key, false);
+  run_rows(device, kernel("put_back"), written.x, written.y, fine, std::uint32_t{0}, fine_size.x,
+           t.fine_columns, t.fine_rows, written.x, written.y, plane(key), grid.size.x, 1.0f);
+  run_fft(fine, fine_size, false, part({0, 0}, open), part({0, 0}, n));
+  correct_spectrum(key, true);
+  run_fft(spectrum, n, true, part({0, 0}, n), part({0, 0}, grid.open.size));
 }
 
 /// Tiles of the picture's plane, one propagation each.
@@ -455,9 +578,13 @@ void Light::State::back_exactly(std::size_t key) {
 }
 
 const cl::ComplexBuffer& Light::State::back(std::size_t key) {
-  if (fresnel(key)) {
+  if (is(Propagation::fresnel, key)) {
     transform(key, false);
     return plane(key);
+  }
+  if (is(Propagation::corrected, key)) {
+    back_corrected(key);
+    return spectrum;
   }
   back_exactly(key);
   return at_hologram;
@@ -477,7 +604,7 @@ int Light::transforms() const { return state_->transforms; }
 
 OpenPart Light::read_back(std::size_t key) const {
   const auto& grid = state_->grids[key];
-  if (state_->fresnel(key) && state_->backend == cl::FftBackend::host)
+  if (!state_->is(Propagation::exact, key) && state_->backend == cl::FftBackend::host)
     return {grid.region_first, grid.region_size};
   return {{0, 0}, grid.size};
 }
@@ -511,7 +638,8 @@ void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   auto& s = *state_;
   const auto& grid = s.grids[key];
-  if (!s.fresnel(key)) {
+  if (s.is(Propagation::corrected, key)) return s.show_corrected(holograms, frame, key);
+  if (s.is(Propagation::exact, key)) {
     s.spread(holograms, frame, key, s.at_hologram, s.optics.size.x, s.optics.size.x,
              s.optics.size.y);
     return s.show_exactly(key);
@@ -551,7 +679,10 @@ std::vector<std::complex<float>> Light::row_chirp(std::size_t key) const {
 }
 
 double Light::unitary(std::size_t key) const {
-  return state_->fresnel(key) ? 1 / std::sqrt(1.0 * static_cast<double>(area(grid(key).size))) : 1;
+  const auto& grid = this->grid(key);
+  if (grid.propagation == Propagation::exact) return 1;
+  return std::sqrt(static_cast<double>(area(grid.corrected.fine)) /
+                   static_cast<double>(area(grid.size)));
 }
 
 }  // namespace raywave::refinement

@@ -299,6 +299,13 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     grid.size = padded_size(grid.open.size, optics.padding);
     grid.size.x = whole_packets(grid.size.x);
     grid.pixel_m = optics.wavelength_m * key.z_m / (glm::dvec2(grid.size) * optics.pitch_m);
+  } else if (propagation == Propagation::corrected) {
+    grid.corrected = corrected_planes(optics.size, grid.open.first, grid.open.size, optics.pitch_m,
+                                      optics.wavelength_m, key.z_m, window_m, optics.padding);
+    grid.size = grid.corrected.picture;
+    grid.size.x = whole_packets(grid.size.x);
+    grid.pixel_m = optics.wavelength_m * key.z_m * glm::dvec2(grid.corrected.fine) /
+                   (glm::dvec2(grid.size) * optics.pitch_m);
   } else {
     grid.size = glm::max(glm::ivec2(glm::ceil(window_m / optics.pitch_m - 1e-6)), glm::ivec2(1));
     grid.size.x = whole_packets(grid.size.x);
@@ -335,8 +342,10 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
   const double pixels_per_pixel =
       grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
-  const double per_transform =
-      propagation == Propagation::fresnel ? 1 / (1.0 * grid.size.x * grid.size.y) : 1;
+  const auto fine = grid.corrected.fine;
+  const double per_transform = propagation == Propagation::exact
+                                   ? 1
+                                   : 1.0 * fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);
   grid.unit = per_transform / pixels_per_pixel / open_share * grid.distance_m * grid.distance_m;
   return grid;
 }

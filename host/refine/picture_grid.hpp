@@ -16,10 +16,7 @@
 
 namespace raywave::refinement {
 
-enum class Propagation {
-  fresnel,  // one transform, padded; pixels grow with the distance
-  exact,    // angular spectrum; pixels are the hologram's
-};
+using Propagation = KeyPropagation;
 
 /// How the SLM shows what is refined; by default as it is.
 struct Showing {
@@ -79,9 +76,10 @@ struct PictureGrid {
   double z_m = 0.1;
   OpenPart open;  // of the hologram, or of the pupil's plane
   std::optional<Pupil> pupil{};
-  double distance_m = 0.1;  // light of the open part is as steep as its width over this
-  int slot = 0;             // the key's number in its round: its plane in memory
-  glm::ivec2 size{1, 1};    // samples of the plane; x is a multiple of packet
+  double distance_m = 0.1;      // light of the open part is as steep as its width over this
+  CorrectedPlanes corrected{};  // where it is propagated so
+  int slot = 0;                 // the key's number in its round: its plane in memory
+  glm::ivec2 size{1, 1};        // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};

@@ -43,7 +43,7 @@ struct RefineSpec {
   // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
   // often as Key::times asks for
   bool in_order = false;
-  // Empty: Fresnel where refinement::FresnelLimits hold, else exact
+  // Empty: as key_propagation says
   std::optional<refinement::Propagation> propagation;
   // Called with the current step ("frame 2 of 4") and the completed share, 0 to 1
   std::function<void(const std::string& what, double share)> progress;
@@ -52,7 +52,7 @@ struct RefineSpec {
 struct RefineFigures {
   int iterations = 0;     // per frame
   double transforms = 0;  // FFTs of planes per frame
-  int exact_keys = 0;     // propagated exactly
+  int exact_keys = 0;     // not by the Fresnel propagation alone
   double prepare_s = 0;   // targets, tables and kernels
   double loop_s = 0;      // iterations of all frames
 };

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // One step of the refinement of a hologram for a phase-only SLM, around its Fourier transforms
-// (host/refine/refine.hpp). OpenCL C 1.2, no double, no images, no calls of trigonometry.
+// (host/refine/refine.hpp). OpenCL C 1.2, no double, no images.
 //
 // A key is a picture that the hologram should show: a depth, and the aperture through which it is
 // seen. Planes:
@@ -20,6 +20,7 @@
 // Fresnel propagation, zero behind the aperture's end, so that their product is the mask too.
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/common/phase.h"
 
 // hologram: the phases of `field`, rows of nx samples without gaps; first: where its first sample
 // goes. Where the field is dark the phase is 0.
@@ -106,6 +107,47 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
       im = u * chirp.y + v * chirp.x;
     }
     store_some_complex(re, im, target + i, columns - i);
+  }
+}
+
+// target: the spectrum `source` times the phases by which the angular spectrum's propagation differs
+// from Fresnel's, turns (1 - sqrt(1 - s^2))^2 for a sine s, and those of columns and rows; zero
+// behind its nx x ny samples, in the first `columns` x `rows` of the target. With `back`, times the
+// conjugates. Frequencies begin with the lowest; beyond s = 1 there is no light.
+//
+// sine_x,y  from a sample to the next
+__kernel void correct_spectrum(const __global float2* restrict source, int source_nx,
+                               const __global float2* restrict column_phases,
+                               const __global float2* restrict row_phases, int nx, int ny,
+                               float sine_x, float sine_y, float turns, int back,
+                               __global float2* restrict target, int target_nx, int columns,
+                               int rows) {
+  const int row = (int)get_global_id(1);
+  if (row >= rows) return;
+  const int inside = row < ny;
+  const float2 phase = inside ? row_phases[row] : (float2)(0.0f, 0.0f);
+  const float across = sine_y * (float)(row - ny / 2), side = back ? -1.0f : 1.0f;
+  const __global float2* from = source + (size_t)source_nx * (size_t)(inside ? row : 0);
+  __global float2* to = target + (size_t)target_nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+    floatv re = 0.0f, im = 0.0f;
+    if (inside && i < nx) {
+      const floatv along = sine_x * LANES_TO_FLOAT(i - nx / 2 + LANES_INDEX),
+                   square = along * along + across * across,
+                   bent = square / (1.0f + sqrt(fmax(1.0f - square, (floatv)(0.0f))));
+      floatv a, b, c, s, u, v;
+      cos_sin_turns(turns * bent * bent, &c, &s);
+      load_complex(column_phases + i, &u, &v);
+      const floatv p = c * u - s * v, q = c * v + s * u;
+      const intv known = (square < 1.0f) & (i + LANES_INDEX < nx);
+      c = LANES_SELECT((floatv)(0.0f), p * phase.x - q * phase.y, known);
+      s = side * LANES_SELECT((floatv)(0.0f), p * phase.y + q * phase.x, known);
+      load_some_complex(from + i, nx - i, &a, &b);
+      re = a * c - b * s;
+      im = a * s + b * c;
+    }
+    store_some_complex(re, im, to + i, columns - i);
   }
 }
 

@@ -223,7 +223,7 @@ void refine_all(const cl::Device& device, const Folder& folder) {
   const RefineKey keys[] = {{0.6 * mm, {0, 0}, {1, 1}, picture, {8 * um, 8 * um}},
                             {0.6 * mm, {0.5, 0}, {0.5, 1}, picture, {8 * um, 8 * um}}};
   for (const auto propagation :
-       {refinement::Propagation::fresnel, refinement::Propagation::exact}) {
+       {KeyPropagation::fresnel, KeyPropagation::corrected, KeyPropagation::exact}) {
     spec.propagation = propagation;
     CHECK(all_finite(refine(device, host, start, keys, spec).field.samples));
   }
