@@ -426,7 +426,7 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
     if (!why.empty()) planned.reasons.push_back(why);
   for (auto& warning :
        warnings_of(s, world, planned.plan, candidates->view(), planned.prediction.slm_light,
-                   !goal.any() && is_default_pitch(scene)))
+                   !goal.any() && !given && is_default_pitch(scene)))
     planned.warnings.push_back(std::move(warning));
   return planned;
 }

@@ -251,13 +251,13 @@ TEST_CASE("frames that the planner chooses are those that the panel shows in a p
   CHECK(frames({"slm.rate=60"}) == 2);
   CHECK(frames({"slm.rate=1"}) == 1);
   // The lasers take turns
-  const auto scenes =
-      load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
-                  {"slm.rate=180", "sampling.frames=auto", "hologram.resolution=[480, 270]"});
+  const auto scenes = load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",
+                                  {"slm.rate=180", "sampling.frames=auto", "sampling.pitch=auto",
+                                   "hologram.resolution=[480, 270]"});
   const auto world = build_world(scenes[0]);
   for (const auto& laser : plan_scenes(scenes, world, {}, {Preset::reference, {}, {}}))
     CHECK(laser.scene.sampling.frames <= 2);
-  for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 60.0}))
+  for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 60.0})) {
     CHECK(laser.scene.sampling.frames == 1);
   for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 90.0}))
     CHECK(warns(laser, "1 frame of each of 3 lasers take 16.7 ms on a panel of 180 frames/s"));
@@ -265,6 +265,9 @@ TEST_CASE("frames that the planner chooses are those that the panel shows in a p
 
 TEST_CASE("more frames than the panel shows are given a line, in an animation at its rate") {
   const std::vector<std::string> eight{"sampling.frames=8", "slm.rate=60"};
+    CHECK_FALSE(warns(laser, "sampling.pitch 100 um (default)"));
+  }
+  CHECK(warns(plan_scenes(scenes, world, {})[1], "sampling.pitch 100 um (default)"));
   CHECK(warns(planned(data_scene("teapot.toml", eight)), "give 2 at most"));
   CHECK_FALSE(
       warns(planned(data_scene("teapot.toml", {"sampling.frames=2", "slm.rate=60"})), "slm.rate"));
