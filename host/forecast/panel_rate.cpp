@@ -59,12 +59,14 @@ std::string panel_warning(const Scene& scene, double pictures_per_s) {
       frames * lasers_of(scene) * pictures_per_s <= *scene.slm.rate_per_s * (1 + 1e-6))
     return "";
   const double most = frames_shown(scene, pictures_per_s);
-  return count_text(frames, "frame") + of_lasers(scene) + " take " +
+  return count_text(frames, "frame") + of_lasers(scene) + (frames == 1 ? " takes " : " take ") +
          duration_text(frames * lasers_of(scene) / *scene.slm.rate_per_s) + " on a panel of " +
          number_text(*scene.slm.rate_per_s) + " frames/s (slm.rate), a picture of " +
          number_text(pictures_per_s) + " a second has " + duration_text(1 / pictures_per_s) +
-         (most >= 1 ? ": give " + number_text(most) + " at most, or it flickers"
-                    : ": it flickers, fewer lasers or a faster panel would not");
+         (most >= 1
+              ? ": give " + number_text(most) + " at most, or it flickers"
+              : std::string(": it flickers, ") + (lasers_of(scene) > 1 ? "fewer lasers or " : "") +
+                    "a faster panel would not");
 }
 
 }  // namespace raywave

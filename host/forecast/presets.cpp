@@ -137,9 +137,10 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
 /// returns  why the scene has so many layers; empty where only one number was tried
 ///
 /// lasers  that share the goal's time
+/// grid    of the WRPs
 /// refine  makes the scene one that is refined
 std::string choose(const std::vector<Choice>& all, const Goal& goal, std::size_t lasers,
-                   const std::function<void()>& refine, Planned& planned) {
+                   glm::ivec2 grid, const std::function<void()>& refine, Planned& planned) {
   const auto& c = chosen(all, goal);
   const auto why_layers = why_so_many_layers(all, c);
   auto& s = planned.scene;
@@ -161,7 +162,8 @@ std::string choose(const std::vector<Choice>& all, const Goal& goal, std::size_t
         ": the fastest takes " + duration_text(c.seconds * static_cast<double>(lasers)) +
         (planned.scene.given.contains("sampling.pitch")
              ? "; --set sampling.pitch=auto lets the goal choose the given sampling.pitch, too"
-             : "; a smaller hologram.resolution or wrp.grid needs less"));
+         : grid == glm::ivec2(1) ? "; a smaller hologram.resolution needs less"
+                                 : "; a smaller hologram.resolution or wrp.grid needs less"));
   return why_layers;
 }
 
@@ -409,7 +411,7 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
         s.refine.reset();
       }
     }
-    why_layers = choose(all, goal, lasers, refine, planned);
+    why_layers = choose(all, goal, lasers, candidates->plan().grid, refine, planned);
     if (goal.budget_s) why_lost = why_less(goal, best, chosen(all, goal), lasers);
   }
 

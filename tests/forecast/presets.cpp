@@ -202,6 +202,12 @@ TEST_CASE(
     before = p.prediction.pictures->mean_psnr_db;
   }
   CHECK(warns(plan_scene(scene, world, {}, {{}, 1e-6, {}}), "nothing keeps"));
+  for (const auto& [grid, what] :
+       {std::pair("[1, 1]", "; a smaller hologram.resolution needs less"),
+        {"[2, 2]", "resolution or wrp.grid needs less"}})
+    CHECK(
+        warns(planned(over_wrps("teapot.toml", {std::string("wrp.grid=") + grid}), {{}, 1e-6, {}}),
+              what));
 }
 
 /// Of the choices that take no longer and no more frames, the largest PSNR: of all of them.
@@ -259,21 +265,24 @@ TEST_CASE("frames that the planner chooses are those that the panel shows in a p
     CHECK(laser.scene.sampling.frames <= 2);
   for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 60.0})) {
     CHECK(laser.scene.sampling.frames == 1);
+    CHECK_FALSE(warns(laser, "sampling.pitch 100 um (default)"));
+  }
+  CHECK(warns(plan_scenes(scenes, world, {})[1], "sampling.pitch 100 um (default)"));
   for (const auto& laser : plan_scenes(scenes, world, {}, {.rate_per_s = 90.0}))
-    CHECK(warns(laser, "1 frame of each of 3 lasers take 16.7 ms on a panel of 180 frames/s"));
+    CHECK(warns(laser, "1 frame of each of 3 lasers takes 16.7 ms on a panel of 180 frames/s"));
 }
 
 TEST_CASE("more frames than the panel shows are given a line, in an animation at its rate") {
   const std::vector<std::string> eight{"sampling.frames=8", "slm.rate=60"};
-    CHECK_FALSE(warns(laser, "sampling.pitch 100 um (default)"));
-  }
-  CHECK(warns(plan_scenes(scenes, world, {})[1], "sampling.pitch 100 um (default)"));
   CHECK(warns(planned(data_scene("teapot.toml", eight)), "give 2 at most"));
   CHECK_FALSE(
       warns(planned(data_scene("teapot.toml", {"sampling.frames=2", "slm.rate=60"})), "slm.rate"));
   CHECK(warns(planned(data_scene("turntable.toml", {"animation.subframes=3", "slm.rate=60"})),
               "3 frames take 50 ms on a panel of 60 frames/s (slm.rate), a picture of 24 a second "
               "has 41.7 ms: give 2 at most"));
+  CHECK(warns(planned(data_scene("teapot.toml", {"slm.rate=20"})),
+              "1 frame takes 50 ms on a panel of 20 frames/s (slm.rate), a picture of 30 a second "
+              "has 33.3 ms: it flickers, a faster panel would not"));
 }
 
 TEST_CASE("the predicted PSNR reaches the goal, and a lower goal never takes longer", "[slow]") {
