@@ -29,6 +29,9 @@ constexpr double least_wanted_share = 0.92;
 /// Young eyes focus up to 10 D.
 constexpr double nearest_focus_m = 0.1;
 
+/// A mesh as large, beyond what the pixels show, may be in millimetres.
+constexpr double least_large_m = 1;
+
 /// The planner itself leaves two hundredths of the images' light beyond the depths of its planes.
 constexpr double least_image_loss = 0.05;
 
@@ -157,6 +160,26 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     }
   }
 
+  const auto size_m = world.max_m - world.min_m;
+  // Within which replicas stay apart
+  const auto period_m = [&](int axis) {
+    return shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
+               plan.hologram.pitch_m[axis] +
+           (is_near_hologram(plan) ? plan.window_m()[axis] : 0);
+  };
+  for (std::size_t i = 0; i < world.placed.size(); ++i) {
+    const auto& object = scene.objects[i];
+    const auto object_m = world.placed[i].max_m - world.placed[i].min_m;
+    const bool is_of_gltf = object.cut_m > 0;  // whose lengths are metres
+    if (object.width_m || object.unit_m != 1 || is_of_gltf ||
+        std::max(object_m.x, object_m.y) < least_large_m ||
+        (object_m.x < period_m(0) && object_m.y < period_m(1)))
+      continue;
+    warn(object.where + ": " + length_text(object_m.x) + " x " + length_text(object_m.y) +
+         ", for it has no width, and a unit of its mesh is 1 m: give a width, or unit = \"1 mm\" "
+         "for millimetres");
+  }
+
   const auto light = light_of(plan, view, shortest);
   std::optional<EyeView> eye;
   if (scene.viewer.eyepiece_m) eye = eye_view(scene, plan, view);
@@ -235,10 +258,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " is seen sharp");
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
-                              plan.hologram.pitch_m[axis] +
-                          (is_near_hologram(plan) ? plan.window_m()[axis] : 0),
-                 extent = world.max_m[axis] - world.min_m[axis];
+    const double period = period_m(axis), extent = size_m[axis];
     if (extent > period && !eye) {
       warn(std::string("the picture's replicas overlap it: its ") +
            (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
@@ -258,7 +278,6 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
-  const auto size_m = world.max_m - world.min_m;
   if (std::max(size_m.x, size_m.y) < resolution_m)
     warn("the scene is " + length_text(size_m.x) + " x " + length_text(size_m.y) +
          ", smaller than the " + detail(resolution_m) +

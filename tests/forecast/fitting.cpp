@@ -132,6 +132,11 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK_FALSE(warns(with({}), "passes beside the WRPs"));
   CHECK(warns(with({}), "undiffracted"));
   CHECK_FALSE(warns(with({"object.0.position=['0 mm', '9 mm', '150 mm']"}), "undiffracted"));
+  auto unsized = data_scene("teapot.toml", {"hologram.resolution=[240, 136]"});
+  unsized.objects[0].width_m.reset();
+  CHECK(warns(planned(unsized), " m, for it has no width, and a unit of its mesh is 1 m: give a"));
+  unsized.objects[0].unit_m = 1 * mm;
+  CHECK_FALSE(warns(planned(unsized), "has no width"));
 }
 
 TEST_CASE(
