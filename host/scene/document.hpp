@@ -12,6 +12,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <utility>
@@ -98,18 +99,21 @@ struct Value {
 
   /// A bare number of `doubted_m` metres and more gets a note.
   double length_m(const Range& range, double doubted_m = least_doubted_m) const {
-    if (const auto* text = node->as_string())
-      return checked(parse_length_m(text->get(), document->where(*node, path) + ": " + label),
-                     range, length_text);
-    const auto value = node->value<double>();
-    if (!node->is_number() || !value)
-      fail("a length: a number in metres, or a string such as \"3.74 um\"");
+    auto value = node->is_number() ? node->value<double>() : std::nullopt;
+    if (const auto* text = node->as_string()) {
+      const double length_m =
+          parse_length_m(text->get(), document->where(*node, path) + ": " + label);
+      value = bare_number(text->get());
+      if (!value) return checked(length_m, range, length_text);
+    }
+    if (!value) fail("a length: a number in metres, or a string such as \"3.74 um\"");
+    const auto with_unit = in_quotes(number_text(*value) + " " + usual_unit(label));
     if (*value > range.max && std::isfinite(*value))
-      fail(range_text(range, *value, length_text) +
-           " (numbers are metres; \"638 nm\" has a unit of its own)");
+      fail(range_text(range, *value, length_text) + " (numbers are metres; " + with_unit +
+           " has a unit of its own)");
     if (std::abs(checked(*value, range, length_text)) >= doubted_m)
-      note("lengths without a unit are metres; give \"" + number_text(*value) + " mm\" if " +
-           length_text(*value) + " is not meant");
+      note("lengths without a unit are metres; give " + with_unit + " if " + length_text(*value) +
+           " is not meant");
     return *value;
   }
 

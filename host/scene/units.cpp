@@ -57,8 +57,7 @@ constexpr Unit time_units[] = {{"", 1},      {"s", 1},          {"ms", 1e-3},
 
 /// Refuses numbers other than 0 that have no unit.
 void require_unit(std::string_view text, std::string_view what, const char* example) {
-  constexpr Unit none[] = {{"", 1}};
-  const auto number = in_base_unit(text, none);
+  const auto number = bare_number(text);
   if (number && *number != 0)
     throw InputError(std::string(what) + " " + in_quotes(text) + ": a unit is needed, as in " +
                      one_line(text) + example);
@@ -74,6 +73,18 @@ void require_unit(std::string_view text, std::string_view what, const char* exam
 
 }  // namespace
 
+std::optional<double> bare_number(std::string_view text) {
+  constexpr Unit none[] = {{"", 1}};
+  return in_base_unit(text, none);
+}
+
+const char* usual_unit(std::string_view what) {
+  what.remove_prefix(what.rfind(' ') + 1);
+  const auto has = [&](std::string_view word) { return what.find(word) != what.npos; };
+  if (has("wavelength") || has("bandwidth") || what == "only") return "nm";  // colour.only
+  return has("pitch") || has("resolution") || has("blur") || has("crosstalk") ? "um" : "mm";
+}
+
 bool is_length(std::string_view text) { return in_base_unit(text, length_units).has_value(); }
 
 double parse_length_m(std::string_view text, std::string_view what) {
@@ -87,7 +98,7 @@ std::optional<double> dioptres_in(std::string_view text) {
 }
 
 double given_length_m(std::string_view text, std::string_view what) {
-  require_unit(text, what, "mm");
+  require_unit(text, what, usual_unit(what));
   if (const auto length = in_base_unit(text, length_units)) return *length;
   fail(text, what, "a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km)");
 }

@@ -11,6 +11,14 @@ namespace raywave {
 /// throws  InputError naming `what` when the text is no such length
 double parse_length_m(std::string_view text, std::string_view what);
 
+/// The number of a text without a unit; empty for any other text.
+std::optional<double> bare_number(std::string_view text);
+
+/// The unit in which people give what this key or option names: nm, um or mm.
+///
+/// what  "hologram: pitch", "--pitch" ...: its last word counts
+const char* usual_unit(std::string_view what);
+
 /// True where parse_length_m would take it.
 bool is_length(std::string_view text);
 

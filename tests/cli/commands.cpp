@@ -182,7 +182,8 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   refused(field, {"-z", "10mm", "--window", ""}, "--window: a value is needed");
   refused(field, {"-z", "10mm", "--pitch", "1e300mm"},
           "--pitch \"1e300mm\": must be 0.1 nm to 1 m");
-  refused(field, {"-z", "10mm", "--pitch", "4"}, "a unit is needed, as in 4mm");
+  refused(field, {"-z", "10mm", "--pitch", "4"}, "a unit is needed, as in 4um");
+  refused(field, {"-z", "10mm", "--wavelength", "532"}, "a unit is needed, as in 532nm");
   refused(field, {"-z", "10mm", "--wavelength", "1m"}, "must be 1 nm to 10 mm");
   refused(field, {"-z", "10mm", "--window", "3mm"}, "--window");
   refused(field, {"-z", "10mm", "--window", "5x4"},

@@ -96,6 +96,10 @@ TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
   CHECK(notes_of({"object.0.width=1.24"}) ==
         std::vector<std::string>{"--set object.0.width=1.24: object 0: width: lengths without a "
                                  "unit are metres; give \"1.24 mm\" if 1.24 m is not meant"});
+  CHECK_SAYS(notes_of({"object.0.position=[0, 0, \"400\"]"}).at(0), "give \"400 mm\" if 400 m");
+  CHECK_SAYS(workshop.refusal(kScene, {"hologram.wavelength=\"532\""}),
+             "must be 1 nm to 10 mm (numbers are metres; \"532 nm\" has a unit of its own)");
+  CHECK_SAYS(workshop.refusal(kScene, {"hologram.pitch=8"}), "metres; \"8 um\" has");
   for (const char* sensible :
        {"object.0.width=1.0", "object.0.width=1.24 m", "object.0.position=[0, 0, 1.9]",
         "object.0.position=[0, 0, \"100 m\"]"})
