@@ -183,6 +183,11 @@ std::string fitted_scene(const NewArguments& options, std::vector<std::string>& 
   constexpr double farther = 1.2;
   for (int i = 0; i < tries; ++i) {
     fit.z_m = nearest_m * std::pow(farther, i) + fit.width_m * size.z / 2;
+    if (constexpr double farthest_m = 1e4; fit.z_m > farthest_m)
+      throw InputError(options.slm + ": hologram: pitch " +
+                       length_text(std::max(hologram.pitch_m.x, hologram.pitch_m.y)) +
+                       " shows meshes no nearer than " + rounded(nearest_m) +
+                       "; an SLM has 0.2 um to 100 um, and numbers without a unit are metres");
     fit.pitch_m = 1.2 * hologram.wavelength_m * fit.z_m / std::min(slm_m.x, slm_m.y);
     fit.shift_m = {0, 0};
     for (const bool shifted : {false, true}) {

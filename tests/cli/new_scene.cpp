@@ -94,6 +94,8 @@ TEST_CASE("keys under no section of --slm, which would be lost, are refused with
   };
   check_refused(made("keys.toml"), 2, "keys.toml:3: stands under no section");
   check_refused(made("other.toml"), 2, "other.toml: has nothing for a new scene");
+  desk.folder().write("metres.toml", "[hologram]\npitch = 8e-3\n");
+  check_refused(made("metres.toml"), 2, "metres.toml: hologram: pitch 8 mm shows meshes no nearer");
   desk.folder().write("kind.toml", "[slm]\nkind = \"phase\"\n");
   check_refused(made("kind.toml"), 2, "kind.toml: slm: unknown key \"kind\"");
   CHECK_FALSE(std::filesystem::exists(desk.file("new.toml")));
