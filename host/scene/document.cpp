@@ -184,6 +184,14 @@ SceneText read_scene_text(const std::filesystem::path& file) {
       throw InputError(one_line(file.string()) +
                        ": is a mesh, and a scene is needed: raywave new " +
                        one_line(file.string()) + " -o scene.toml writes one that shows it");
+  for (const char* of_result : {".json", ".npy", ".png", ".bmp", ".tif", ".tiff", ".exr", ".jpg"})
+    if (type == of_result)
+      throw InputError(one_line(file.string()) + ": is a " +
+                       (type == ".json"  ? "report"
+                        : type == ".npy" ? "field"
+                                         : "picture") +
+                       ", and a scene is needed; raywave quality and raywave reconstruct take the "
+                       "report.json of a finished hologram");
   SceneText text{read_text(file), file, {}};
   // /dev/stdin and /dev/fd/63 are what somebody pipes
   if (!file.string().starts_with("/dev/")) text.folder = file.parent_path();

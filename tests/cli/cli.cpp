@@ -455,6 +455,10 @@ TEST_CASE("mistakes on the command line get one line and exit code 2") {
   CHECK(alone.out == desk.run({"--help"}).out);
   check_refused(desk.run({"plan", "square.obj"}), 2,
                 "square.obj: is a mesh, and a scene is needed: raywave new square.obj");
+  for (const auto& [file, what] :
+       {std::pair("out/hologram.png", "picture"), {"field.npy", "field"}, {"r.json", "report"}})
+    check_refused(desk.run({"plan", file}), 2,
+                  std::string(file) + ": is a " + what + ", and a scene is needed");
   check_refused(desk.run({"--nonsense"}), 2, "--nonsense");
   check_refused(desk.run({"render", desk.file("scene.toml")}), 2, "--output");
   check_refused(desk.render({"--nonsense"}), 2, "--nonsense");
