@@ -47,6 +47,11 @@ std::vector<Image> load_safely(const std::string& name, const std::string& where
 std::vector<Image> load_file(const std::filesystem::path& file, const std::string& where,
                              const std::vector<std::string>& arguments) {
   std::error_code error;
+  if (std::filesystem::is_directory(file, error))
+    fail(where, file.string(),
+         std::filesystem::exists(file / "report.json", error)
+             ? "is a folder; give its report.json, " + (file / "report.json").string()
+             : "is a folder, no file");
   if (!std::filesystem::is_regular_file(file, error))
     fail(where, file.string(), "there is no such file");
   return load_safely(file.string(), where, arguments);

@@ -230,7 +230,7 @@ TEST_CASE("unusable pictures are refused with the reason, before memory is taken
   };
   CHECK(refusal(folder / "none.png") ==
         "here: picture \"" + (folder / "none.png").string() + "\": there is no such file");
-  CHECK_SAYS(refusal(folder / ""), "there is no such file");
+  CHECK_SAYS(refusal(folder / ""), "is a folder, no file");
   for (const char* name : {"empty.png", "empty.exr", "empty.jpg", "empty", "empty.xyz"})
     CHECK_THAT(refusal(folder.write(name, "")), StartsWith("here: picture \""));
   CHECK_SAYS(refusal(folder.write("a.pgm", pgm(16385, 1, std::string(16385, 'x')))),
