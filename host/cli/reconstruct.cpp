@@ -2,6 +2,7 @@
 #include "host/view/reconstruct.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -21,6 +22,7 @@
 #include "host/scene/scene.hpp"
 #include "host/scene/units.hpp"
 #include "host/view/colour_picture.hpp"
+#include "host/view/compare.hpp"
 
 namespace raywave::cli {
 
@@ -55,7 +57,15 @@ struct ReconstructArguments {
 /// --blur, in pixels: by default what the viewer's eye or lens leaves of a plane's detail.
 double blur_px(const ReconstructArguments& options, const ViewerSpec& viewer, double pitch_m,
                double z_m) {
-  if (options.blur == "eye") return eye_blur_m(viewer, z_m) / pitch_m;
+  if (options.blur == "eye") {
+    const double eye_px = eye_blur_m(viewer, z_m) / pitch_m;
+    if (eye_px > most_blur_px)
+      throw InputError(
+          "-z " + length_text(z_m) + ": what the viewer makes out there is a blur of " +
+          number_text(std::round(eye_px)) + " pixels, at most " + number_text(most_blur_px) +
+          " can be shown: give another depth, or --blur 0px");
+    return eye_px;
+  }
   const auto blur = parse_blur(options.blur);
   return blur.in_pixels ? blur.value : blur.value / pitch_m;
 }
@@ -95,6 +105,9 @@ void run_reconstruct(const ReconstructArguments& options) {
     holograms.push_back(one.load());
     specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
   }
+
+  for (const double z_m : depths_m)
+    blur_px(options, viewer, specs[0].pitch_m.x, z_m);  // or refuses
 
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());

@@ -19,7 +19,6 @@
 namespace raywave {
 namespace {
 
-constexpr double kMaxBlurPx = 1000;
 constexpr double kSsimSigmaPx = 1.5;
 constexpr int kSsimRadius = 5;
 
@@ -66,8 +65,8 @@ std::vector<double> gaussian(double sigma_px, int radius) {
 }
 
 std::vector<double> blur_weights(double sigma_px) {
-  if (!(sigma_px >= 0 && sigma_px <= kMaxBlurPx))
-    throw InputError("blur: must be 0 to " + number_text(kMaxBlurPx) + " pixels, got " +
+  if (!(sigma_px >= 0 && sigma_px <= most_blur_px))
+    throw InputError("blur: must be 0 to " + number_text(most_blur_px) + " pixels, got " +
                      number_text(sigma_px));
   return gaussian(sigma_px, static_cast<int>(4 * sigma_px + 0.5));
 }

@@ -67,10 +67,12 @@ struct PictureComparison {
 PictureComparison compare_pictures(const Image& a, const Image& b,
                                    const PictureOptions& options = {});
 
+inline constexpr double most_blur_px = 1000;
+
 /// Gaussian blur, cut off at 4 sigma and summing to 1; borders are mirrored with the edge pixel
 /// repeated, as SciPy's 'reflect'.
 ///
-/// sigma_px  0 to 1000; below 0.125 the picture stays as it is
+/// sigma_px  0 to most_blur_px; below 0.125 the picture stays as it is
 /// throws    InputError for any other sigma
 Image blurred(const Image& image, double sigma_px);
 

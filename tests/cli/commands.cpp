@@ -193,6 +193,8 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
   refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");
   refused(field, {"-z", "10mm", "--percentile", "0"}, "--percentile");
+  refused(field, {"-z", "400m"}, "-z 400 m: what the viewer makes out there is a blur of ");
+  refused(desk.file("out"), {"-z", "10mm"}, "out\": is a folder; give its report.json, ");
   refused(desk.out("none.npy").string(), {"-z", "10mm"}, "none.npy");
   std::filesystem::copy(field, desk.file("alone.npy"));
   refused(desk.file("alone.npy"), {"-z", "10mm"}, "--pitch");
