@@ -247,7 +247,7 @@ Levels Hologram::for_slm(int frame) const {
   return {picture.size_px.x, picture.size_px.y, 1, 8, std::move(picture.levels), {}};
 }
 
-void Hologram::save(const std::filesystem::path& file, int frame, bool rgb) const {
+void Hologram::save(const std::filesystem::path& file, std::optional<int> frame, bool rgb) const {
   if (extension_of(file) != ".png")
     throw InputError("path must end with .png, the format written, got " +
                      in_quotes(file.string()));
@@ -255,21 +255,26 @@ void Hologram::save(const std::filesystem::path& file, int frame, bool rgb) cons
     throw InputError("rgb: packs the holograms of three lasers, and this has " +
                      std::to_string(lasers()));
   const auto wavelengths = wavelengths_m();
-  std::array<LevelPicture, 3> pictures;
-  for (std::size_t i = 0; i < lasers_; ++i) {
-    auto sent = laser(static_cast<int>(i)).for_slm(frame);
-    if (rgb) {
-      pictures[i] = {{sent.nx, sent.ny}, std::move(sent.values)};
-      continue;
+  for (int n = 0; n < (frame ? 1 : frames()); ++n) {
+    const auto suffix = n == 0 ? "" : "_" + std::to_string(n + 1);
+    const auto named = [&](const std::string& laser) {
+      auto name = file;
+      return name.replace_filename(file.stem().string() + laser + suffix +
+                                   file.extension().string());
+    };
+    std::array<LevelPicture, 3> pictures;
+    for (std::size_t i = 0; i < lasers_; ++i) {
+      auto sent = laser(static_cast<int>(i)).for_slm(frame.value_or(n));
+      if (rgb)
+        pictures[i] = {{sent.nx, sent.ny}, std::move(sent.values)};
+      else
+        save_picture(named(laser_suffix(wavelengths[i], lasers_)), sent.nx, sent.ny,
+                     std::span<const std::uint8_t>(sent.values));
     }
-    auto name = file;
-    name.replace_filename(file.stem().string() + laser_suffix(wavelengths[i], lasers_) +
-                          file.extension().string());
-    save_picture(name, sent.nx, sent.ny, std::span<const std::uint8_t>(sent.values));
+    if (rgb)
+      save_picture(named(""), pictures[0].size_px.x, pictures[0].size_px.y,
+                   packed_rgb(pictures, {wavelengths[0], wavelengths[1], wavelengths[2]}));
   }
-  if (rgb)
-    save_picture(file, pictures[0].size_px.x, pictures[0].size_px.y,
-                 packed_rgb(pictures, {wavelengths[0], wavelengths[1], wavelengths[2]}));
 }
 
 namespace {

@@ -266,16 +266,18 @@ class Hologram:
         """Notes for the user, one line each."""
         return self._core.notes
 
-    def save(self, path: Any, frame: int = 0, *, rgb: bool = False) -> None:
-        """Writes one frame, as the SLM is sent it, into an 8-bit grey PNG.
+    def save(self, path: Any, frame: int | None = None, *, rgb: bool = False) -> None:
+        """Writes the frames, as the SLM is sent them, into 8-bit grey PNGs, or one alone.
 
-        Of several lasers, path "holo.png" writes holo_638nm.png, holo_520nm.png and holo_450nm.png;
-        with rgb, of three, holo.png alone, whose channels are the three holograms: the longest
-        wavelength is red, the shortest blue.
+        Path "holo.png" writes the second of several frames as holo_2.png. Of several lasers, it
+        writes holo_638nm.png, holo_520nm.png and holo_450nm.png; with rgb, of three, holo.png
+        alone, whose channels are the three holograms: the longest wavelength is red, the shortest
+        blue.
 
         Raises InputError for a name that does not end with .png, and for rgb of other than three.
         """
-        frame = _whole(frame, "frame", 0, self.frames - 1)
+        if frame is not None:
+            frame = _whole(frame, "frame", 0, self.frames - 1)
         self._core.save(os.fspath(path), frame, bool(rgb))
 
     def _packed(self, pictures: list[LevelArray]) -> LevelArray:

@@ -353,11 +353,12 @@ NB_MODULE(_core, m) {
           "frame"_a)
       .def(
           "save",
-          [](const raywave::Hologram& h, const std::string& path, int frame, bool rgb) {
+          [](const raywave::Hologram& h, const std::string& path, std::optional<int> frame,
+             bool rgb) {
             const nb::gil_scoped_release release;
             h.save(path, frame, rgb);
           },
-          "path"_a, "frame"_a, "rgb"_a)
+          "path"_a, "frame"_a.none(), "rgb"_a)
       .def("report", &raywave::Hologram::report)
       .def_prop_ro("notes", &raywave::Hologram::notes);
 

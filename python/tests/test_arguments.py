@@ -132,7 +132,7 @@ def test_methods_refuse_what_is_no_whole_number_in_range(tmp_path):
     pose = ((0, 0, 0.01),)
     for call, name in [
         (lambda bad: holo.for_slm("all" if bad is None else bad), "frame"),
-        (lambda bad: holo.save(tmp_path / "hologram.png", bad), "frame"),
+        (lambda bad: holo.save(tmp_path / "hologram.png", "" if bad is None else bad), "frame"),
         (lambda bad: renderer.set_pose(bad, *pose), "object"),
         (lambda bad: renderer.set_seed(bad), "seed"),
     ]:

@@ -217,6 +217,11 @@ def test_notebooks_see_a_plan_and_a_hologram(scene, tmp_path):
         holo.save(tmp_path / "hologram.jpg")
     holo.save(tmp_path / "hologram.png")
     assert np.array_equal(grey_png((tmp_path / "hologram.png").read_bytes()), holo.levels)
+    scene.set({"sampling.frames": 2})
+    holo = rw.render(scene)
+    holo.save(tmp_path / "two.png")
+    for name, levels in zip(("two.png", "two_2.png"), holo.levels, strict=True):
+        assert np.array_equal(grey_png((tmp_path / name).read_bytes()), levels)
 
 
 def test_a_renderer_fills_memory_of_the_callers(scene):

@@ -356,9 +356,13 @@ TEST_CASE("a hologram is saved as the command line writes it, of several lasers 
       render(load_scene(desk.file("scene.toml"), {lasers, "sampling.frames=2", "slm.rotate=90"}));
   hologram.save(desk.file("holo.png"), 1);
   hologram.save(desk.file("packed.png"), 1, true);
+  hologram.save(desk.file("all.png"));
+  hologram.save(desk.file("all_rgb.png"), {}, true);
   hologram.laser(1).save(desk.file("one.PNG"));
   for (const std::string laser : {"638nm", "520nm", "450nm"})
     CHECK(bytes("holo_" + laser + ".png") == bytes("out/hologram_" + laser + "_2.png"));
+  for (const std::string name : {"638nm.png", "638nm_2.png", "450nm_2.png", "rgb.png", "rgb_2.png"})
+    CHECK(bytes("all_" + name) == bytes("out/hologram_" + name));
   CHECK(bytes("packed.png") == bytes("out/hologram_rgb_2.png"));
   CHECK(bytes("one.PNG") == bytes("out/hologram_520nm.png"));
   CHECK(!bytes("one.PNG").empty());

@@ -3,6 +3,7 @@
 #pragma once
 
 #include <map>
+#include <optional>
 #include <raywave/scene.hpp>
 #include <utility>
 
@@ -105,13 +106,16 @@ public:
   /// throws  InputError when there is no such frame, or of several lasers: ask the hologram of one
   Levels for_slm(int frame = 0) const;
 
-  /// Writes a frame, as the SLM is sent it, as a grey 8-bit PNG. Of several lasers "holo.png"
-  /// writes holo_638nm.png and the like; with `rgb`, of three, holo.png alone: the channel of the
-  /// longest wavelength is red, of the shortest blue.
+  /// Writes each frame, as the SLM is sent it, as a grey 8-bit PNG, named as `raywave render` does:
+  /// "holo.png", the others holo_2.png, holo_3.png ... Of several lasers "holo.png" writes
+  /// holo_638nm.png and the like; with `rgb`, of three, holo.png alone: the channel of the longest
+  /// wavelength is red, of the shortest blue.
   ///
+  /// frame   counted from 0: writes this one alone, under the name that is given
   /// throws  InputError for a name that does not end in .png, for `rgb` of other than three lasers,
-  ///         and where the file cannot be written
-  void save(const std::filesystem::path& file, int frame = 0, bool rgb = false) const;
+  ///         for a frame that there is not, and where a file cannot be written
+  void save(const std::filesystem::path& file, std::optional<int> frame = {},
+            bool rgb = false) const;
 
   /// Field at the hologram, before it is encoded; without samples when it was not kept. |u|^2 is
   /// the irradiance of what the scene shows (docs/conventions.md).
