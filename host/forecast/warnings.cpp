@@ -43,12 +43,18 @@ std::string degrees(double sine) {
 /// passes the WRPs besides.
 struct Light {
   double all = 0, within_pixels = 0, within_planes = 0;
-  double farther_m = 0;  // by which every pixel could show all of it
+  double farther_m = 0;     // by which every pixel could show all of it
+  bool has_beyond = false;  // the scene reaches beyond what was looked at: more is lost
 };
 
-///
+/// The distance from which on all of the hologram shows a place so far off the axis.
+double shown_from_m(const Plan& plan, int axis, double off_axis_m, double shortest) {
+  const double sine = std::min(shortest * plan.hologram.largest_sine[axis], 0.999);
+  return (off_axis_m + plan.window_m()[axis] / 2) * std::sqrt(1 - sine * sine) / sine;
+}
+
 /// shortest  wavelength of all lasers, over that of the plan
-Light light_of(const Plan& plan, const FrontView& view, double shortest) {
+Light light_of(const World& world, const Plan& plan, const FrontView& view, double shortest) {
   Light light;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
@@ -60,11 +66,9 @@ Light light_of(const Plan& plan, const FrontView& view, double shortest) {
       double within_pixels = here, within_planes = here;
       for (int axis = 0; axis < 2; ++axis) {
         within_pixels *= share_within_pixels(plan, axis, place[axis], z);
-        const double sine = std::min(shortest * plan.hologram.largest_sine[axis], 0.999);
         light.farther_m =
-            std::max(light.farther_m, (std::abs(place[axis]) + plan.window_m()[axis] / 2) *
-                                              std::sqrt(1 - sine * sine) / sine -
-                                          std::abs(z));
+            std::max(light.farther_m,
+                     shown_from_m(plan, axis, std::abs(place[axis]), shortest) - std::abs(z));
         within_planes *= share_seen(plan, axis, place[axis], z);
       }
       light.all += here;
@@ -72,7 +76,35 @@ Light light_of(const Plan& plan, const FrontView& view, double shortest) {
       light.within_planes += within_planes;
     }
   }
+  const auto seen_m =
+      glm::max(glm::abs(view.low), glm::abs(view.low + glm::dvec2(view.size) * view.step)) *
+      (plan.extent.farthest_m() + std::abs(view.eye_z_m));
+  for (int axis = 0; axis < 2; ++axis) {
+    const double edge_m = std::max(world.max_m[axis], -world.min_m[axis]);
+    if (edge_m <= 1.01 * seen_m[axis]) continue;
+    light.has_beyond = true;
+    light.farther_m = std::max(light.farther_m,
+                               shown_from_m(plan, axis, edge_m, shortest) - plan.extent.closest_m);
+  }
   return light;
+}
+
+/// Where the whole scene lies beyond what the pixels show; empty where it does not.
+std::string beyond_pixels(const World& world, const Plan& plan) {
+  if (!plan.slm.illumination.is_plane()) return "";
+  for (int axis = 0; axis < 2; ++axis) {
+    const double sine = plan.hologram.largest_sine[axis],
+                 shown_m = plan.window_m()[axis] / 2 +
+                           plan.extent.farthest_m() * sine / std::sqrt(1 - sine * sine),
+                 nearest_m = std::max(world.min_m[axis], -world.max_m[axis]);
+    if (nearest_m > shown_m)
+      return "the scene begins " + length_text(std::round(nearest_m * 1e4) / 1e4) +
+             (axis == 0 ? " beside" : " above or below") +
+             " the axis, and the pixels show light from no farther than " +
+             length_text(std::floor(shown_m * 1e4) / 1e4) +
+             ": the hologram is dark; move the scene closer to the axis, or farther away";
+  }
+  return "";
 }
 
 /// "[\"4.1 mm\", 0]"
@@ -180,7 +212,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
          "for millimetres");
   }
 
-  const auto light = light_of(plan, view, shortest);
+  const auto light = light_of(world, plan, view, shortest);
   std::optional<EyeView> eye;
   if (scene.viewer.eyepiece_m) eye = eye_view(scene, plan, view);
   if (eye) {
@@ -188,7 +220,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   } else if (light.all > 0) {
     if (const double lost = 1 - light.within_pixels / light.all; lost > least_loss)
       warn(
-          percent_text(lost) + " of the scene's light is steeper than the pixels can show, " +
+          (light.has_beyond ? "more than " : "") + percent_text(lost) +
+          " of the scene's light is steeper than the pixels can show, " +
           degrees(plan.hologram.largest_sine.x) + " x " + degrees(plan.hologram.largest_sine.y) +
           " degrees off the axis: bring the scene closer to the axis, give a smaller "
           "hologram.pitch, or move it " +
@@ -203,6 +236,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
+  if (auto text = beyond_pixels(world, plan); !text.empty() && !eye && plan.specular.bounces == 0)
+    warn(text);
   if (const double beyond = plan.specular.images.beyond; beyond > least_image_loss)
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "

@@ -76,7 +76,9 @@ std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int 
     return values;
   }
   if (!grid.pupil)
-    return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m), -to_middle(padded));
+    return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
+                 (axis == 0 ? 1 : -1) * grid.middle_m[axis] * pitch_m / (lambda * grid.z_m) -
+                     to_middle(padded));
   line.all = optics.pupil_plane[axis];
   const double bent_z_m = grid.z_m * grid.pupil->b_m / grid.distance_m,
                per_sample = 1 / (line.all * pitch_m);  // cycles per metre

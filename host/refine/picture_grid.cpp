@@ -36,8 +36,10 @@ std::vector<float> blur_weights(double sigma_px, int most = 1 << 20) {
 }
 
 /// First pixel and number of pixels, out of `count`, whose centres lie in the window.
-std::pair<int, int> pixels_in(double window_m, double pixel_m, int count) {
-  const double half = window_m / 2 / pixel_m, middle = (count - 1) / 2.0;
+///
+/// axis_m  place of the window's middle, from that of the pixels
+std::pair<int, int> pixels_in(double window_m, double axis_m, double pixel_m, int count) {
+  const double half = window_m / 2 / pixel_m, middle = (count - 1) / 2.0 + axis_m / pixel_m;
   const int first = std::max(0, static_cast<int>(std::ceil(middle - half - 1e-6))),
             last = std::min(count - 1, static_cast<int>(std::floor(middle + half + 1e-6)));
   return {first, std::max(0, last - first + 1)};
@@ -298,7 +300,18 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   } else if (propagation == Propagation::fresnel) {
     grid.size = padded_size(grid.open.size, optics.padding);
     grid.size.x = whole_packets(grid.size.x);
-    grid.pixel_m = optics.wavelength_m * key.z_m / (glm::dvec2(grid.size) * optics.pitch_m);
+    const auto plane_m = optics.wavelength_m * key.z_m / optics.pitch_m;
+    grid.pixel_m = plane_m / glm::dvec2(grid.size);
+    // Before the part, where the farthest places of the window are twice as far from its pixels as
+    // these can show: else their light would fold onto places that they do show
+    const glm::dvec2 part_m =
+        (glm::dvec2(grid.open.first) + glm::dvec2(grid.open.size - optics.size) / 2.0) *
+        optics.pitch_m;
+    const auto farthest_m =
+        glm::abs(part_m) + glm::dvec2(grid.open.size) * optics.pitch_m / 2.0 + window_m / 2.0;
+    for (int axis = 0; axis < 2; ++axis)
+      if (farthest_m[axis] > plane_m[axis])
+        grid.middle_m[axis] = (axis == 0 ? 1 : -1) * part_m[axis];
   } else if (propagation == Propagation::corrected) {
     grid.corrected = corrected_planes(optics.size, grid.open.first, grid.open.size, optics.pitch_m,
                                       optics.wavelength_m, key.z_m, window_m, optics.padding);
@@ -312,7 +325,9 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     grid.pixel_m = optics.pitch_m;
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const auto [first, count] = pixels_in(window_m[axis], grid.pixel_m[axis], grid.size[axis]);
+    const auto [first, count] =
+        pixels_in(window_m[axis], (axis == 0 ? -1 : 1) * grid.middle_m[axis], grid.pixel_m[axis],
+                  grid.size[axis]);
     if (count < 1) throw InputError(depth() + " is smaller than what the hologram resolves");
     grid.known_first[axis] = first;
     grid.known_size[axis] = count;

@@ -81,6 +81,7 @@ struct PictureGrid {
   int slot = 0;                 // the key's number in its round: its plane in memory
   glm::ivec2 size{1, 1};        // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
+  glm::dvec2 middle_m{0, 0};  // of the plane, right of the axis and above it
   // Pixels that the picture covers, widened to whole packets in x
   glm::ivec2 region_first{0, 0}, region_size{0, 0};
   glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
@@ -97,8 +98,8 @@ struct PictureGrid {
   int margin_x() const { return (radius_x() + packet - 1) / packet * packet; }
   glm::ivec2 wide_size() const { return region_size + 2 * glm::ivec2(margin_x(), radius_y()); }
   /// Place of a pixel right of, and above, the axis.
-  double x_m(int column) const { return (column - (size.x - 1) / 2.0) * pixel_m.x; }
-  double y_m(int row) const { return ((size.y - 1) / 2.0 - row) * pixel_m.y; }
+  double x_m(int column) const { return middle_m.x + (column - (size.x - 1) / 2.0) * pixel_m.x; }
+  double y_m(int row) const { return middle_m.y + ((size.y - 1) / 2.0 - row) * pixel_m.y; }
 
   static constexpr int packet = 16;  // samples: whole vectors on every device
 };

@@ -154,10 +154,12 @@ private:
                         std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
     };
     const auto column = [&](double x_m) {
-      return x_m / grid_.pixel_m.x + grid_.size.x / 2.0 - grid_.region_first.x + grid_.margin_x();
+      return (x_m - grid_.middle_m.x) / grid_.pixel_m.x + grid_.size.x / 2.0 -
+             grid_.region_first.x + grid_.margin_x();
     };
     const auto row = [&](double y_m) {
-      return grid_.size.y / 2.0 - y_m / grid_.pixel_m.y - grid_.region_first.y + grid_.radius_y();
+      return grid_.size.y / 2.0 - (y_m - grid_.middle_m.y) / grid_.pixel_m.y -
+             grid_.region_first.y + grid_.radius_y();
     };
     const auto x = ends_of(column(place(low_u, at.x, at.y - v)),
                            column(place(high_u, at.x, at.y - v)), wide_.x),

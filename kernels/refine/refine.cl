@@ -110,7 +110,7 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
   }
 }
 
-// target: the spectrum `source` times the phases by which the angular spectrum's propagation differs
+// target: the spectrum `source` times phases by which the angular spectrum's propagation differs
 // from Fresnel's, turns (1 - sqrt(1 - s^2))^2 for a sine s, and those of columns and rows; zero
 // behind its nx x ny samples, in the first `columns` x `rows` of the target. With `back`, times the
 // conjugates. Frequencies begin with the lowest; beyond s = 1 there is no light.

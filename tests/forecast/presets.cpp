@@ -366,18 +366,14 @@ TEST_CASE("a PSNR is aimed at from above, as far as predictions may be wrong, or
   }
 }
 
-TEST_CASE(
-    "38 dB are not promised where samples miss detail, nor where light folds over the window") {
-  const Goal goal{{}, {}, 38.0};
-  const std::vector<std::string> seen{"viewer.resolution=100 um", "sampling.pitch=auto"};
+TEST_CASE("38 dB are not promised of samples that miss detail: rays to a lens are taken") {
   // Refined towards samples, in 0.1 s, it has 36.4
-  const auto vase = planned(data_scene("teapot.toml", {seen[0], seen[1], "object.0.mesh=vase.glb",
-                                                       "object.0.width=8 mm"}),
-                            goal);
+  const auto vase =
+      planned(data_scene("teapot.toml", {"viewer.resolution=100 um", "sampling.pitch=auto",
+                                         "object.0.mesh=vase.glb", "object.0.width=8 mm"}),
+              {{}, {}, 38.0});
   REQUIRE(vase.scene.refine);
   CHECK_FALSE(refines_samples(vase.plan));
-  // Has 35.3 (raywave quality data/ball_rough.toml --psnr 38)
-  CHECK(warns(planned(data_scene("ball_rough.toml", seen), goal), "nothing reaches"));
 }
 
 TEST_CASE("presets take more time and reach more PSNR from draft to reference", "[slow]") {
