@@ -146,8 +146,8 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
 void GoalOptions::add_preset_to(CLI::App& command) {
   command
       .add_option("--preset", preset,
-                  "From the fastest to the most accurate at the pace of frames; --psnr and "
-                  "--budget refine towards a lens, too, which takes longer and shows more")
+                  "From the fastest to the most accurate; reference, like --psnr and --budget, "
+                  "refines towards a lens where that shows more, which takes longer")
       ->type_name(choices(names_of(Preset{})))
       ->group(group::plan);
 }

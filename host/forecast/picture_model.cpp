@@ -657,8 +657,9 @@ LatticePattern lattice_pattern(const PictureModel& model, double pitch_m) {
 }
 
 double PicturePrediction::sure_db() const {
-  // Refined pictures go by the light that there is: what is missing counts for more
-  const double margin_db = refined ? 2.5 * (1 + missing) : 1;
+  // Refined pictures go by the light that there is: what is missing counts for more. Through pupils
+  // of 1.6 to 4 mm a coin has 7 dB more to 6 less than predicted
+  const double margin_db = refined ? 2.5 * (1 + missing) + (through_pupil ? 3.5 : 0) : 1;
   return std::min(mean_psnr_db - margin_db,
                   -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
 }
@@ -668,6 +669,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   PicturePrediction prediction;
   prediction.window = model.window;
   prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
+  prediction.through_pupil = model.pupil_reach > 0;
   // Pictures made by rays hold what samples miss
   prediction.left_out = model.refined_depths > 0 ? 0
                         : model.has_detail       ? 2e-4

@@ -93,6 +93,7 @@ struct PicturePrediction {
   double field_psnr_db = 0;     // mean of the rows, of the complex field
   PictureWindow window;         // that they are of
   bool refined = false;
+  bool through_pupil = false;  // behind an eyepiece
   double left_out = 0;  // mean square that is not predicted, at most: detail smaller than cells
   bool dark = false;    // no light is seen: nothing can be said of the pictures
   // Shares of the mean square error of all rows, of levels. Where phases are refined, `encoding`

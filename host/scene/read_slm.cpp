@@ -66,6 +66,10 @@ void require_range(const std::vector<double>& lut, bool amplitude, const Value& 
     v.refuse("spans " + number_text(high - low) +
              " turns of phase, and a panel's levels span up to " + number_text(most_turns) +
              "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
+  constexpr double usual_turns = 2.5;
+  if (!amplitude && high - low > usual_turns)
+    v.note("it spans " + number_text(high - low) +
+           " turns of phase, more than most panels: check that these are turns, not volts");
 }
 
 /// throws  InputError where amplitudes come with amplitudes, or are none

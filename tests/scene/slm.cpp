@@ -145,7 +145,10 @@ TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of 
         Approx(0.9 / (2 * std::numbers::pi)));
   std::string numbers;
   for (int i = 0; i < 256; ++i) numbers += std::to_string(i / 64.0) + (i % 8 == 7 ? ",\n" : ", ");
-  CHECK(bench.load("lut = [" + numbers + "]").lut.values[17] == Approx(17 / 64.0));
+  const auto volts = bench.load("lut = [" + numbers + "]");
+  CHECK(volts.lut.values[17] == Approx(17 / 64.0));
+  REQUIRE(volts.notes.size() == 1);
+  CHECK_SAYS(volts.notes[0], "spans 3.98438 turns of phase, more than most panels");
 }
 
 TEST_CASE("a LUT of fewer levels, a heading, decimal commas, NumPy's files and any order is read") {
