@@ -34,9 +34,9 @@ constexpr double background = 0.3;
 constexpr double end_in_cells = 6, step_of_pattern = 0.5;
 
 /// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
-/// one sample misses at edges; for 6 depths and 1 frame. Light, over a power of the spots that a
-/// blur holds, so that scenes on a third of the hologram are within 2.5 dB; those of all of it have
-/// 2 dB less to 9 more than predicted (docs/planning.md).
+/// one sample misses at edges; for 6 depths and 1 frame. Light, over powers of the spots that a
+/// blur holds: where these are few, phases have too little freedom for all depths. Scenes on a
+/// third of the hologram are within 2.5 dB; those of all of it have 2 dB less to 9 more.
 constexpr double refined_light = 0.017, refined_missing = 0.04, refined_edges = 0.19;
 /// What stays of the field's error at edges, at depths between those refined towards, however many
 /// frames and iterations; between the teapot (0.15) and the study (0.05), in 4 and 16 frames.
@@ -46,8 +46,8 @@ constexpr double left_of_edges = 0.1;
 /// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
 constexpr double paced_rest = 0.095, paced_first = 0.39, paced_power = 1.3;
 constexpr double paced_parts = 0.09, paced_depth = 0.038, paced_frames = 0.37;
-constexpr double refined_by_grain = 0.75, refined_by_depths = 1.2, refined_by_frames = 1.0,
-                 refined_by_rounds = 0.5;
+constexpr double refined_by_grain = 0.75, refined_crowded = 115, crowded_by_grain = 3.2,
+                 refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
 /// share of light cut off. Fitted to two scenes behind three stops, within 3 dB.
@@ -738,11 +738,12 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
       return decibels(std::min(row.light > 0 ? row.light : 1.0, error));
     };
     prediction.field_psnr_db += psnr(field) / rows;
+    const double light_of_grain = refined_light * std::pow(grain, refined_by_grain) +
+                                  refined_crowded * std::pow(grain, crowded_by_grain);
     // Refined phases have errors of their own: of light, where light is missing, at edges
-    const double of_phases = haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
-                             (is_refined ? by_depths / by_rounds * refined_light *
-                                               std::pow(grain, refined_by_grain) * row.light
-                                         : left * encoding_here);
+    const double of_phases =
+        haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
+        (is_refined ? by_depths / by_rounds * light_of_grain * row.light : left * encoding_here);
     const double missing_here = row.missing * (is_refined ? by_depths * refined_missing : 1);
     const double at_edges =
         is_refined ? by_depths * refined_edges * cells_at_edges + left_of_edges * edges_here

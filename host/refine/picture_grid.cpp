@@ -390,9 +390,4 @@ Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2
           blurred_at(key, blur_m, along(size.x, pixel_m.x), along(size.y, pixel_m.y))};
 }
 
-FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m) {
-  return raywave::fresnel_limits(optics.size, optics.pitch_m, optics.wavelength_m, optics.blur_m,
-                                 z_m, window_m);
-}
-
 }  // namespace raywave::refinement

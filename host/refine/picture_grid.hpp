@@ -125,7 +125,4 @@ void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 firs
 /// The key's picture, blurred, on other pixels around the axis.
 Image blurred_picture(const Key& key, double blur_m, glm::ivec2 size, glm::dvec2 pixel_m);
 
-/// Whether a Fresnel propagation is good enough for a picture at z_m.
-FresnelLimits fresnel_limits(const Optics& optics, double z_m, glm::dvec2 window_m);
-
 }  // namespace raywave::refinement
