@@ -216,6 +216,7 @@ Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& o
   const auto opened = open(options.on);
   ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
                        vector_of(options.aperture)};
+  what.centre_m = vector_of(options.centre_m);
   what.pupil = pupil_of(options, viewer);
   return as_picture(raywave::reconstruct(opened.device, opened.fft, field, hologram, what,
                                          share_of(options.progress, "reconstruction")));

@@ -191,8 +191,13 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
     lasers = lasers_of_report(report);
   if (!lasers) {
     auto& one = each.emplace_back(options);
-    if (fields && extension_of(report) == ".json")
-      one.files = {(report.parent_path() / "field.npy").string()};
+    if (fields && extension_of(report) == ".json") {
+      std::ifstream in(report);
+      const auto told = Json::parse(in, nullptr, false);
+      const bool is_refined =
+          told.is_object() && told.contains("files") && told["files"].contains("refined.npy");
+      one.files = {(report.parent_path() / (is_refined ? "refined.npy" : "field.npy")).string()};
+    }
     return;
   }
   for (const auto& files : lasers->files) {

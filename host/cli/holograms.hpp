@@ -57,7 +57,7 @@ struct LaserHolograms {
   std::optional<ReportedLasers> lasers;
   std::vector<HologramOptions> each;
 
-  /// fields  of a report, the fields instead of the pictures
+  /// fields  of a report, the fields instead of the pictures, or the phases that were refined
   /// throws  InputError when they were not kept, or are of another render
   LaserHolograms(const HologramOptions& options, bool fields);
 };

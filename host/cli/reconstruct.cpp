@@ -4,6 +4,10 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
+#include <fstream>
+#include <glm/common.hpp>
+#include <glm/vector_relational.hpp>
+#include <limits>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -35,8 +39,15 @@ struct ReconstructArguments {
   PupilOption pupil;
   DeviceOptions device;
   ReportOptions report;
-  std::string eyepiece, blur = "eye";
+  std::string eyepiece, blur = "eye", centre;
   bool field = false;
+
+  /// --centre.
+  glm::dvec2 centre_m() const {
+    if (centre.empty()) return {0, 0};
+    const auto [x, y] = two_parts(centre, ',', "--centre");
+    return {given_length_m(x, "--centre"), given_length_m(y, "--centre")};
+  }
 
   /// --eyepiece, or what the report of a hologram tells.
   ViewerSpec viewer(const HologramOptions& of) const {
@@ -86,12 +97,51 @@ void note_shift(const ReconstructArguments& options, const HologramOptions& holo
         "bench");
 }
 
+/// Says where the scene's objects lie, where the report beside a hologram tells of none in the
+/// pictures.
+void note_place(const ReconstructArguments& options, glm::dvec2 window_m) {
+  const std::filesystem::path file(options.hologram.files.at(0));
+  std::ifstream in(file.parent_path() / "report.json");
+  const auto report = Json::parse(in, nullptr, false);
+  constexpr double infinity = std::numeric_limits<double>::infinity();
+  glm::dvec2 low(infinity), high(-infinity);
+  bool has_sizes = true;
+  try {
+    const auto& told =
+        report.contains("colour") ? report.at("colour").at("lasers").at(0).at("report") : report;
+    for (const auto& object : told.at("scene").at("objects")) {
+      const auto& place = object.at("position_m");
+      const glm::dvec2 at(place.at(0).get<double>(), place.at(1).get<double>());
+      const auto& width = object.at("width_m");  // or "as in the file"
+      has_sizes = has_sizes && width.is_number();
+      const double half_m = width.is_number() ? width.get<double>() / 2 : 0;
+      low = glm::min(low, at - half_m);
+      high = glm::max(high, at + half_m);
+    }
+  } catch (const nlohmann::json::exception&) {
+    return;  // no report of a render
+  }
+  const auto away = glm::max(low - options.centre_m(), options.centre_m() - high);
+  if (!(low.x <= high.x) || glm::all(glm::lessThan(away, window_m / 2.0))) return;
+  const auto text = [](double metres) { return length_text(std::round(metres * 1e5) / 1e5); };
+  const auto middle = (low + high) / 2.0, size = high - low;
+  const auto given = [&](double metres) {
+    return number_text(std::round(metres * 1e5) / 1e2) + "mm";
+  };
+  options.report.note(
+      "the scene's objects lie beside these pictures, around x, y = " + text(middle.x) + ", " +
+      text(middle.y) + ": --centre=" + given(middle.x) + "," + given(middle.y) +
+      (has_sizes ? " --window=" + given(size.x) + "x" + given(size.y) + " shows them"
+                 : " shows their middle"));
+}
+
 void run_reconstruct(const ReconstructArguments& options) {
   const LaserHolograms given(options.hologram, options.field);
   if (options.field && !given.lasers)
     throw InputError("--field takes the report of several lasers; give field.npy for one");
   ReconstructSpec what;
   what.window_m = options.depths.window_m();
+  what.centre_m = options.centre_m();
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   options.view.check_percentile();
@@ -109,6 +159,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   for (const double z_m : depths_m)
     blur_px(options, viewer, specs[0].pitch_m.x, z_m);  // or refuses
 
+  note_place(options, what.window_m.value_or(glm::dvec2(specs[0].resolution) * specs[0].pitch_m));
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = Json::array();
@@ -170,6 +221,8 @@ void add_reconstruct(CLI::App& app) {
   flag(*command, "--field", options->field, group::pictures,
        "Of a report of several lasers: show their fields, which no SLM shows");
   options->depths.add_to(*command, "", "the hologram's");
+  option(*command, "--centre", options->centre, "X,Y", group::pictures,
+         "Middle of the pictures, as object.position: 0mm,14mm; the axis when not given");
   option(*command, "--eyepiece", options->eyepiece, "LENGTH[,LENGTH]", group::pictures,
          "Focal length of the lens that the eye looks through, and its distance from the "
          "hologram where it is another; report.json tells them when not given");

@@ -214,6 +214,7 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
     return Target{to.centre_m - from.centre_m, -what.z_m};
   };
   auto tiles = tiles_of(window, piece, spec.pitch_m);
+  for (auto& tile : tiles) tile.centre_m += what.centre_m;
   std::erase_if(tiles, [&](const WindowTile& tile) {
     return std::none_of(pieces.begin(), pieces.end(), [&](const WindowTile& from) {
       return propagator.reaches(target_of(from, tile));

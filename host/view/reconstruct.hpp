@@ -18,7 +18,7 @@ namespace raywave {
 struct ReconstructSpec {
   double z_m = 0.1;  // distance of the plane looked at: > 0 beyond the hologram, < 0 before it,
                      // 0 its own
-  std::optional<glm::dvec2> window_m;  // size of the picture around the axis; empty: the hologram's
+  std::optional<glm::dvec2> window_m;  // size of the picture; empty: the hologram's
   // Centre of the part of the hologram that lets light through, in half holograms: (-1, -1) bottom
   // left to (1, 1) top right
   glm::dvec2 view{0, 0};
@@ -26,6 +26,7 @@ struct ReconstructSpec {
   double padding = 2;
   // Of the light of that part, what enters the pupil of an eye; empty: all
   std::optional<Pupil> pupil{};
+  glm::dvec2 centre_m{0, 0};  // of the picture: x and y of the scene
 };
 
 /// Standard deviation, in the plane z_m, of the Gaussian that leaves what the viewer makes out.

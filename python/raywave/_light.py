@@ -232,6 +232,7 @@ def reconstruct(
     aperture: Pair = 1.0,
     pupil: str | None = None,
     window: Pair | None = None,
+    centre: Sequence[float] = (0.0, 0.0),
     pitch: Pair | None = None,
     wavelength: float | None = None,
     device: str = "",
@@ -249,8 +250,8 @@ def reconstruct(
     pupil: of an eye that is looked through: "3mm", "3mm@1mm,0", "scene" or "none", as `--pupil` of
     the command line, with places in the hologram's frame; of several places of the scene the first.
     The scene's behind its eyepiece when neither this, view nor aperture is given.
-    window: size of the picture around the axis, in metres; the hologram's when not given.
-    pitch, wavelength: in metres; holo.field knows its own.
+    window: size of the picture in metres, around centre, x and y of the scene; the hologram's when
+    not given. pitch, wavelength: in metres; holo.field knows its own.
     progress: called with (step, share from 0 to 1); returning False raises Cancelled.
 
     Returns |u|^2, (ny, nx), float32, on the hologram's pitch; of several lasers linear sRGB,
@@ -268,6 +269,7 @@ def reconstruct(
         _text(device, "device"),
         _text(fft, "fft"),
         progress,
+        _pair(centre, "centre"),
     )
     result: Picture
     is_other = pitch is not None or wavelength is not None

@@ -89,9 +89,11 @@ void add_light(nb::module_& m) {
       "reconstruct",
       [](nb::handle field, raywave::Pixels pixels, double z, std::optional<raywave::Vec2> window,
          raywave::Vec2 view, raywave::Vec2 aperture, std::optional<std::string> pupil,
-         const std::string& device, const std::string& fft, const nb::object& progress) {
+         const std::string& device, const std::string& fft, const nb::object& progress,
+         raywave::Vec2 centre) {
         const auto array = in_single<Complex>(planes_of(field, "field"));
         auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
+        options.centre_m = centre;
         options.progress = progress_of(progress);
         const auto seen_from = field_view(array, "field");
         raywave::Picture picture;
@@ -102,13 +104,15 @@ void add_light(nb::module_& m) {
         return picture_array(std::move(picture));
       },
       "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a,
-      "pupil"_a.none(), "device"_a, "fft"_a, "progress"_a.none());
+      "pupil"_a.none(), "device"_a, "fft"_a, "progress"_a.none(), "centre"_a);
   m.def(
       "reconstruct_hologram",
       [](const raywave::Hologram& hologram, double z, std::optional<raywave::Vec2> window,
          raywave::Vec2 view, raywave::Vec2 aperture, std::optional<std::string> pupil,
-         const std::string& device, const std::string& fft, const nb::object& progress) {
+         const std::string& device, const std::string& fft, const nb::object& progress,
+         raywave::Vec2 centre) {
         auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
+        options.centre_m = centre;
         options.progress = progress_of(progress);
         raywave::Picture picture;
         {
@@ -118,7 +122,7 @@ void add_light(nb::module_& m) {
         return picture_array(std::move(picture));
       },
       "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a,
-      "fft"_a, "progress"_a.none());
+      "fft"_a, "progress"_a.none(), "centre"_a);
   m.def(
       "lens",
       [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,

@@ -187,6 +187,11 @@ TEST_CASE("refine writes a hologram that reconstruct reads, and goes on where it
   INFO(rendered.err);
   CHECK(rendered.code == 0);
   CHECK(std::filesystem::exists(desk.out("refined.npy")));
+  const auto again = desk.run({"encode", desk.out("report.json"), "-o", desk.file("again")});
+  CHECK_SAYS(again.err, "refined are encoded");
+  CHECK(bytes_of(desk.file("again/hologram.png")) == bytes_of(desk.out("hologram.png")));
+  CHECK_SAYS(desk.run({"encode", desk.out("field.npy"), "-o", desk.file("again")}).err,
+             "before its phases were refined");
   CHECK(Json::parse(bytes_of(desk.out("report.json")))["scene"]["slm"]["encoding"] == "phase");
   CHECK(
       desk.run({"reconstruct", desk.out("report.json").string(), "-z", "10mm", "-o", more}).code ==

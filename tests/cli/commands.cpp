@@ -69,6 +69,13 @@ TEST_CASE("reconstruct says what it takes off, and that it shows the mean of sev
   };
   REQUIRE(desk.render({"--quiet"}).code == 0);
   CHECK(notes_of({"report.json"}).find("taken off") == std::string::npos);
+  CHECK(notes_of({"report.json"}).find("beside") == std::string::npos);
+  const auto aside = [&](const std::string& centre) {
+    return desk.run({"reconstruct", desk.out("report.json"), "-z", "10mm", "--window",
+                     "0.2mmx0.2mm", "--centre", centre, "-o", desk.file("seen")});
+  };
+  CHECK_SAYS(aside("0mm,3mm").err, "objects lie beside these pictures", "--centre=0mm,0mm");
+  CHECK(aside("0mm,3").code == 2);
   for (const auto* name : {"frame_00000.png", "frame_00001.png"})
     std::filesystem::copy_file(desk.out("hologram.png"), desk.out(name));
   CHECK(notes_of({"frame_00000.png"}).find("mean") == std::string::npos);

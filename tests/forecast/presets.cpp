@@ -366,6 +366,18 @@ TEST_CASE("a PSNR is aimed at from above, as far as predictions may be wrong, or
   }
 }
 
+TEST_CASE("a budget leaves out views where whole pictures gain more than 3 dB by it") {
+  const auto scene = data_scene("teapot.toml", {"viewer.resolution=100 um"});
+  const auto world = build_world(scene);
+  for (const double budget_s : {4.0, 100.0}) {
+    const auto p = plan_scene(scene, world, {}, {{}, budget_s, {}});
+    REQUIRE(p.scene.refine);
+    CHECK_FALSE(refines_samples(p.plan));
+    CHECK(p.scene.refine->views.value_or(24) == (budget_s < 50 ? 0 : 24));
+    CHECK(p.prediction.times.total_s() <= budget_s * 1.02);
+  }
+}
+
 TEST_CASE("38 dB are not promised of samples that miss detail: rays to a lens are taken") {
   // Refined towards samples, in 0.1 s, it has 36.4
   const auto vase =

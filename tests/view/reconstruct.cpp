@@ -145,6 +145,29 @@ DEVICE_TEST("seen from +x, a point beyond the plane looked at moves to +x, one b
   }
 }
 
+DEVICE_TEST(
+    "a picture around another middle is that part of a wider one, also beside the hologram") {
+  const HologramSpec h{{96, 80}, {4 * um, 4 * um}, 638e-9};
+  const auto hologram = point_hologram(h, {0.25 * mm, -0.1 * mm, 8 * mm});
+  const auto picture = [&](glm::ivec2 size, glm::ivec2 middle_px) {
+    ReconstructSpec what{.z_m = 8 * mm, .window_m = glm::dvec2(size) * h.pitch_m};
+    what.centre_m = glm::dvec2(middle_px) * h.pitch_m;
+    return reconstruct(device, host, hologram, h, what);
+  };
+  const auto wide = picture({192, 160}, {0, 0}), part = picture({32, 16}, {60, -24});
+  double worst = 0, brightest = 0;
+  for (int y = 0; y < 16; ++y) {
+    for (int x = 0; x < 32; ++x) {
+      const float there = wide.pixels[static_cast<std::size_t>(y + 72 + 24) * 192 + x + 80 + 60],
+                  here = part.pixels[static_cast<std::size_t>(y) * 32 + x];
+      worst = std::max(worst, double{std::abs(there - here)});
+      brightest = std::max(brightest, double{here});
+    }
+  }
+  CHECK(brightest > 100);  // the point's image
+  CHECK(worst <= 0.01 * brightest);
+}
+
 DEVICE_TEST("frames are averaged") {
   const HologramSpec h{{40, 32}, {2 * um, 2 * um}, 638e-9};
   const auto a = point_hologram(h, {10 * um, 0, 1 * mm}),

@@ -51,6 +51,7 @@ struct ViewOptions {
   // frame: "scene", "none", "3mm", "3mm@1mm,0". Of several places of the scene's the first. Empty:
   // the scene's where it has an eyepiece and no part of the hologram is looked through
   std::optional<std::string> pupil{};
+  Vec2 centre_m{0, 0};  // of reconstruct's picture: x and y of the scene
   DeviceOptions on{};
   Progress progress{};
 };
