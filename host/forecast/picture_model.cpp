@@ -46,7 +46,7 @@ constexpr double left_of_edges = 0.1;
 /// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
 constexpr double paced_rest = 0.095, paced_first = 0.39, paced_power = 1.3;
 constexpr double paced_parts = 0.09, paced_depth = 0.038, paced_frames = 0.37;
-constexpr double refined_by_grain = 0.75, refined_crowded = 115, crowded_by_grain = 3.2,
+constexpr double refined_by_grain = 0.75, refined_crowded = 25, crowded_by_grain = 3.2,
                  refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
 
 /// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
