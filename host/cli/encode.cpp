@@ -139,12 +139,14 @@ void run_encode(const EncodeArguments& options) {
                      ": encode takes the complex field that render writes, field.npy, or "
                      "report.json beside it");
   const std::filesystem::path file(holograms.each[0].files[0]);
-  if (file.filename() == "refined.npy" && file != options.hologram.files[0])
+  const auto name = file.filename().string();
+  if (name == "refined.npy" && file != options.hologram.files[0])
     options.report.note("the phases that were refined are encoded, refined.npy");
-  else if (!holograms.lasers && std::filesystem::exists(file.parent_path() / "refined.npy") &&
-           file.filename() == "field.npy")
-    options.report.note(
-        "the field before its phases were refined is encoded; refined.npy has these");
+  if (name.starts_with("field"))
+    if (const auto refined = "refined" + name.substr(5);
+        std::filesystem::exists(file.parent_path() / refined))
+      options.report.note("the field before its phases were refined is encoded; " + refined +
+                          " has these");
   if (holograms.lasers && !options.hologram.pixels.wavelength.empty())
     throw InputError("--wavelength is for one field; those of a report have their own");
   holograms.each[0].slm_spec().bits > 8 ? encode_all<std::uint16_t>(options, holograms)

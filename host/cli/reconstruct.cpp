@@ -103,9 +103,9 @@ void note_place(const ReconstructArguments& options, glm::dvec2 window_m) {
   const std::filesystem::path file(options.hologram.files.at(0));
   std::ifstream in(file.parent_path() / "report.json");
   const auto report = Json::parse(in, nullptr, false);
+  if (report.contains("animation")) return;  // objects move
   constexpr double infinity = std::numeric_limits<double>::infinity();
   glm::dvec2 low(infinity), high(-infinity);
-  bool has_sizes = true;
   try {
     const auto& told =
         report.contains("colour") ? report.at("colour").at("lasers").at(0).at("report") : report;
@@ -113,7 +113,6 @@ void note_place(const ReconstructArguments& options, glm::dvec2 window_m) {
       const auto& place = object.at("position_m");
       const glm::dvec2 at(place.at(0).get<double>(), place.at(1).get<double>());
       const auto& width = object.at("width_m");  // or "as in the file"
-      has_sizes = has_sizes && width.is_number();
       const double half_m = width.is_number() ? width.get<double>() / 2 : 0;
       low = glm::min(low, at - half_m);
       high = glm::max(high, at + half_m);
@@ -123,16 +122,10 @@ void note_place(const ReconstructArguments& options, glm::dvec2 window_m) {
   }
   const auto away = glm::max(low - options.centre_m(), options.centre_m() - high);
   if (!(low.x <= high.x) || glm::all(glm::lessThan(away, window_m / 2.0))) return;
-  const auto text = [](double metres) { return length_text(std::round(metres * 1e5) / 1e5); };
-  const auto middle = (low + high) / 2.0, size = high - low;
-  const auto given = [&](double metres) {
-    return number_text(std::round(metres * 1e5) / 1e2) + "mm";
-  };
-  options.report.note(
-      "the scene's objects lie beside these pictures, around x, y = " + text(middle.x) + ", " +
-      text(middle.y) + ": --centre=" + given(middle.x) + "," + given(middle.y) +
-      (has_sizes ? " --window=" + given(size.x) + "x" + given(size.y) + " shows them"
-                 : " shows their middle"));
+  const auto middle_mm = (low + high) / 2.0 * 1e3;
+  const auto text = [](double mm) { return number_text(std::round(mm * 100) / 100) + "mm"; };
+  options.report.note("the scene's objects lie beside these pictures: --centre=" +
+                      text(middle_mm.x) + "," + text(middle_mm.y) + " shows their middle");
 }
 
 void run_reconstruct(const ReconstructArguments& options) {

@@ -67,6 +67,7 @@ std::vector<Colour> colours_of(const SourceSpread& source, const HologramSpec& s
   // A colour moves light by its change times this
   const auto open_m = glm::dvec2(spec.resolution) * spec.pitch_m * glm::min(what.aperture, 1.0);
   const auto moved_m = (glm::dvec2(spec.resolution) + glm::dvec2(window)) * spec.pitch_m / 2.0 +
+                       glm::abs(what.centre_m) +
                        std::abs(what.z_m) * middle_m * glm::abs(source.per_m);
   const auto spots =
       2 * reach * sigma_m / middle_m * moved_m / (middle_m * std::abs(what.z_m) / open_m);
