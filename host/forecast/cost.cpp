@@ -78,10 +78,6 @@ constexpr double butterflies_of_a_refined_pixel = 96;
 /// iteration.
 constexpr double butterflies_of_a_paced_pixel = 118, butterflies_of_a_paced_sample = 8000;
 
-/// Passes over a pixel of a picture that is propagated exactly, and what the blur adds per pixel of
-/// it.
-constexpr double exact_padding = 2, butterflies_of_an_exact_pixel = 40, butterflies_of_blur = 20;
-
 /// A ray of a lens's picture, in levels of the tree: each ray, and those that meet a surface for
 /// each level and for each triangle in whose box they are. Ten scenes of 4 thousand to 260 thousand
 /// triangles take 0.8 to 1.3 of the time predicted, but those under a second.
@@ -150,43 +146,30 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
   const double of_pixel =
       (of_samples ? butterflies_of_a_paced_pixel : butterflies_of_a_refined_pixel) / 2;
-  const auto looking = [&](double padding, double transforms) {
+  const auto looking = [&](double padding) {
     const double plane = padding * padding * area;
-    return plane * (transforms * std::log2(plane) + of_pixel);
+    return plane * (std::log2(plane) + of_pixel);
   };
-  // A picture that is propagated exactly comes in tiles of the hologram's size
-  const auto of_tiles = glm::ceil(window_m / plan.window_m() - 1e-9);
-  const double tiles = of_tiles.x * of_tiles.y, padded = exact_padding * exact_padding * area,
-               exact_look = padded_butterfly * padded * (1 + tiles) * std::log2(padded) +
-                            tiles * area *
-                                (butterflies_of_an_exact_pixel +
-                                 butterflies_of_blur * blur_m / plan.hologram.pitch_m.x);
   double draws = 0, all_looks = 0, drawn_looks = 0;
   for (const auto& place : places) {
     const auto open = place.aperture.x * place.aperture.y;
     const auto& h = plan.hologram;
     const auto propagation =
         key_propagation(h.size, h.pitch_m, h.wavelength_m, blur_m, place.z_m, window_m);
-    const auto corrected = [&] {
-      const auto planes = corrected_planes(place, h.size, h.pitch_m, h.wavelength_m, window_m);
-      const auto transform = [](glm::ivec2 sides) {
-        const double plane = 1.0 * sides.x * sides.y;
-        return plane * (std::log2(plane) + butterflies_of_a_pixel);
-      };
-      return transform(planes.pixels) + transform(planes.fine * planes.pixels) +
-             transform(planes.picture) + of_pixel * place.aperture.x * place.aperture.y * area;
-    };
     const auto through_pupil = [&] {
       const glm::dvec2 sides =
           samples_through_pupil(place, plan.hologram.size, plan.hologram.pitch_m, blur_m);
       const double plane = sides.x * sides.y;
       return plane * (std::log2(plane) + of_pixel);
     };
-    const double look = place.pupil                              ? through_pupil()
-                        : of_samples                             ? open * looking(1, 1)
-                        : propagation == KeyPropagation::fresnel ? open * looking(refine_padding, 1)
-                        : propagation == KeyPropagation::corrected ? corrected()
-                                                                   : exact_look;
+    const double look =
+        place.pupil  ? through_pupil()
+        : of_samples ? open * looking(1)
+        : propagation == KeyPropagation::fresnel
+            ? open * looking(refine_padding)
+            : butterflies_of_look(
+                  spectrum_planes(propagation, place, h.size, h.pitch_m, h.wavelength_m, window_m),
+                  window_m, blur_m);
     all_looks += look;
     drawn_looks += place.times * look;
     draws += place.times;
@@ -194,8 +177,8 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   const double iterations = planned_iterations(plan);
   // An iteration takes a round: all parts of the hologram, or of the pupil's plane beyond it
   const bool has_pupil = places.back().pupil.has_value();
-  const double each = has_pupil    ? looking(1, 1) + all_looks / (places.back().round + 1)
-                      : of_samples ? looking(1, 1)
+  const double each = has_pupil    ? looking(1) + all_looks / (places.back().round + 1)
+                      : of_samples ? looking(1)
                                    : drawn_looks / draws;
   work.refine_butterflies = frames * iterations * 2 * each + (frames - 1) * all_looks;
   if (of_samples)

@@ -308,17 +308,32 @@ FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelen
   return limits;
 }
 
-CorrectedPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 open,
-                                 glm::dvec2 pitch_m, double wavelength_m, double z_m,
-                                 glm::dvec2 window_m, double padding) {
-  constexpr int fringe = 16;  // of edges, in pixels
+namespace {
+
+constexpr int fringe = 16;  // of edges, in pixels
+
+/// How far the steepest light goes aside on its way, by its sine, and by how much more in truth.
+struct Reach {
+  Reach(glm::dvec2 pitch_m, double wavelength_m, double z_m) {
+    const auto sine = wavelength_m / (2.0 * pitch_m);
+    by_sine_m = std::abs(z_m) * sine;
+    stretch = 1 / std::sqrt(std::max(1 - glm::dot(sine, sine), 0.01));
+  }
+  glm::dvec2 by_sine_m;
+  double stretch;
+};
+
+}  // namespace
+
+SpectrumPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 open,
+                                glm::dvec2 pitch_m, double wavelength_m, double z_m,
+                                glm::dvec2 window_m, double padding) {
   z_m = std::abs(z_m);
-  const auto sine = wavelength_m / (2.0 * pitch_m), reach_m = z_m * sine;
-  const double cosine = std::sqrt(std::max(1 - glm::dot(sine, sine), 0.01));
-  CorrectedPlanes planes;
+  const Reach reach(pitch_m, wavelength_m, z_m);
+  const auto reach_m = reach.by_sine_m, reach_px = reach_m / pitch_m;
+  SpectrumPlanes planes;
   planes.margin =
-      fringe + static_cast<int>(std::ceil(std::max(reach_m.x / pitch_m.x, reach_m.y / pitch_m.y) *
-                                          (1 / cosine - 1)));
+      fringe + static_cast<int>(std::ceil(std::max(reach_px.x, reach_px.y) * (reach.stretch - 1)));
   planes.open = open + 2 * planes.margin;
   planes.pixels = 2 * padded_size((planes.open + 1) / 2, 1);  // even
   // What the open part sends to a period of the transform beyond the window would fold into it
@@ -332,15 +347,35 @@ CorrectedPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 o
       planes.fine[axis] =
           static_cast<int>(next_fast_size(static_cast<std::size_t>(std::ceil(periods - 1e-6))));
   }
-  planes.picture =
-      padded_size(glm::max(planes.fine * planes.pixels,
-                           glm::ivec2(glm::ceil(glm::dvec2(planes.fine * planes.open) * padding))),
-                  1);
+  const auto finer = planes.fine * planes.pixels;
+  planes.picture = padded_size(
+      glm::max(finer, glm::ivec2(glm::ceil(glm::dvec2(planes.fine * planes.open) * padding))), 1);
+  planes.pixel_m =
+      wavelength_m * z_m * glm::dvec2(planes.fine) / (glm::dvec2(planes.picture) * pitch_m);
+  planes.transformed = {planes.pixels, finer, planes.picture};
   return planes;
 }
 
-CorrectedPlanes corrected_planes(const KeyPlace& place, glm::ivec2 size, glm::dvec2 pitch_m,
-                                 double wavelength_m, glm::dvec2 window_m) {
+SpectrumPlanes exact_planes(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m, double z_m,
+                            glm::dvec2 window_m) {
+  const Reach reach(pitch_m, wavelength_m, z_m);
+  const auto window = window_m / pitch_m;
+  const auto sides =
+      glm::max((window + glm::dvec2(size)) / 2.0 + reach.stretch * reach.by_sine_m / pitch_m,
+               window) +
+      1.0 * fringe;
+  SpectrumPlanes planes;
+  planes.pixels = 2 * padded_size((glm::ivec2(glm::ceil(sides)) + 1) / 2, 1);  // even
+  planes.open = planes.picture = planes.pixels;
+  planes.pixel_m = pitch_m;
+  planes.transformed = {planes.pixels, planes.picture};
+  return planes;
+}
+
+SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place, glm::ivec2 size,
+                               glm::dvec2 pitch_m, double wavelength_m, glm::dvec2 window_m) {
+  if (propagation == KeyPropagation::exact)
+    return exact_planes(size, pitch_m, wavelength_m, place.z_m, window_m);
   const auto edge = [&](double side) {
     return glm::ivec2(glm::clamp(
         (1.0 + glm::dvec2(1, -1) * place.view + side * place.aperture) / 2.0 * glm::dvec2(size),
@@ -350,16 +385,29 @@ CorrectedPlanes corrected_planes(const KeyPlace& place, glm::ivec2 size, glm::dv
   return corrected_planes(size, first, edge(1) - first, pitch_m, wavelength_m, place.z_m, window_m);
 }
 
+double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, double blur_m) {
+  constexpr double of_sample = 28, of_pixel = 8, of_blurs = 6;
+  double sum = 0;
+  for (const auto& plane : planes.transformed) {
+    const double samples = 1.0 * plane.x * plane.y;
+    sum += samples * (std::log2(samples) + of_sample);
+  }
+  const auto window = glm::min(window_m / planes.pixel_m, glm::dvec2(planes.picture)),
+             blurs = blur_m / planes.pixel_m;
+  return sum + window.x * window.y * (of_pixel + of_blurs * (blurs.x + blurs.y));
+}
+
 KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
                                double blur_m, double z_m, glm::dvec2 window_m) {
   if (fresnel_limits(size, pitch_m, wavelength_m, blur_m, z_m, window_m).hold())
     return KeyPropagation::fresnel;
-  const auto planes = corrected_planes(size, {0, 0}, size, pitch_m, wavelength_m, z_m, window_m);
-  const auto area = [](glm::dvec2 sides) { return sides.x * sides.y; };
-  const double corrected = area(planes.pixels) * (1 + area(planes.fine)) + area(planes.picture),
-               tiles = area(glm::ceil(window_m / (glm::dvec2(size) * pitch_m) - 1e-9)),
-               padded = 4 * area(size);  // of the exact propagation
-  return corrected < padded * (1 + tiles) ? KeyPropagation::corrected : KeyPropagation::exact;
+  const auto cost = [&](const SpectrumPlanes& planes) {
+    return butterflies_of_look(planes, window_m, blur_m);
+  };
+  return cost(corrected_planes(size, {0, 0}, size, pitch_m, wavelength_m, z_m, window_m)) <
+                 cost(exact_planes(size, pitch_m, wavelength_m, z_m, window_m))
+             ? KeyPropagation::corrected
+             : KeyPropagation::exact;
 }
 
 }  // namespace raywave

@@ -38,7 +38,7 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
   const auto window_m = refine_window_m(plan);
   const double pixels = static_cast<double>(area(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
-  double wanted = 0, largest = 0, in_pupil = 0, corrected = 0, in_spectrum = 0;
+  double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0;
   for (const auto& place : planned_places(plan)) {
     if (place.pupil) {
       const double samples = static_cast<double>(area(samples_through_pupil(
@@ -51,13 +51,16 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
     const auto& h = plan.hologram;
     auto shown_m = h.wavelength_m * std::abs(place.z_m) / h.pitch_m;
     double samples = place.aperture.x * place.aperture.y * planes;
-    if (!refines_samples(plan) &&
-        key_propagation(h.size, h.pitch_m, h.wavelength_m, plan.refine->blur_m.value(), place.z_m,
-                        window_m) == KeyPropagation::corrected) {
-      const auto of = corrected_planes(place, h.size, h.pitch_m, h.wavelength_m, window_m);
+    const auto propagation =
+        refines_samples(plan) ? KeyPropagation::fresnel
+                              : key_propagation(h.size, h.pitch_m, h.wavelength_m,
+                                                plan.refine->blur_m.value(), place.z_m, window_m);
+    if (propagation != KeyPropagation::fresnel) {
+      const auto of =
+          spectrum_planes(propagation, place, h.size, h.pitch_m, h.wavelength_m, window_m);
+      shown_m = glm::dvec2(of.picture) * of.pixel_m;
       samples = static_cast<double>(area(of.picture));
-      shown_m *= of.fine;
-      corrected = std::max(corrected, samples);
+      by_spectrum = std::max(by_spectrum, samples);
       in_spectrum =
           std::max(in_spectrum, static_cast<double>(area(of.pixels) + area(of.fine * of.pixels)));
     }
@@ -69,10 +72,10 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
     return static_cast<std::uint64_t>(each * grown * count);
   };
   // A frame for the encoding; intensities, what is blurred of them, and a picture
-  needs.push_back(
-      {"light of the pictures",
-       bytes(8, pixels + std::max(planes, corrected) + in_pupil + in_spectrum) + bytes(14, largest),
-       advice});
+  needs.push_back({"light of the pictures",
+                   bytes(8, pixels + std::max(planes, by_spectrum) + in_pupil + in_spectrum) +
+                       bytes(14, largest),
+                   advice});
   if (refines_samples(plan)) all.host_bytes += bytes(24, largest);  // rasters of samples
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});

@@ -15,8 +15,6 @@
 #include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
-#include "host/propagate/propagator.hpp"
-#include "host/view/reconstruct.hpp"
 
 namespace raywave::refinement {
 namespace {
@@ -66,7 +64,7 @@ std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int 
   const int n = optics.size[axis], padded = grid.size[axis];
   OpenLine line{n, 1.0 * grid.open.first[axis], grid.open.size[axis]};
   if (grid.propagation == Propagation::corrected) {
-    const auto& sizes = grid.corrected;
+    const auto& sizes = grid.spectrum;
     line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.fine[axis] * sizes.open[axis],
             1.0 / sizes.fine[axis]};
     // Half a turn per pixel: the spectrum begins with its lowest frequency, not with zero
@@ -112,13 +110,6 @@ double clip_of(const cl::ComplexBuffer& field) {
   const auto nth = amplitudes.begin() + static_cast<std::ptrdiff_t>(amplitudes.size() / 10 * 9);
   std::nth_element(amplitudes.begin(), nth, amplitudes.end());
   return *nth;
-}
-
-/// 1 in the open part of an axis, 0 elsewhere.
-std::vector<Sample> mask(int hologram, int first, int count) {
-  std::vector<Sample> values(count_of(whole_packets(hologram)));
-  std::fill_n(values.begin() + first, count, Sample(1));
-  return values;
 }
 
 cl::Program program_of(const cl::Device& device, bool has_beam = false) {
@@ -220,8 +211,8 @@ struct Light::State {
   /// Tables of a key, beside its grid.
   struct Tables {
     cl::ComplexBuffer column_chirp, row_chirp;
-    OpenPart open;  // part of the hologram that kernels take: all of it where a mask cuts
-    // Of corrected keys: phases of the spectrum, and the chirp of the samples made of it
+    OpenPart open;  // part of the hologram that kernels take
+    // Of spectra: their phases, and the chirp of the samples made of them
     cl::ComplexBuffer spectrum_columns, spectrum_rows, fine_columns, fine_rows;
   };
 
@@ -238,22 +229,22 @@ struct Light::State {
   void spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
                     const cl::ComplexBuffer& columns_chirp, const cl::ComplexBuffer& rows_chirp,
                     glm::ivec2 open, cl::ComplexBuffer& to, int nx, int columns, int rows);
-  void fit_corrected(const PictureGrid& grid, Tables& t);
-  void correct_spectrum(std::size_t key, bool back);
-  void show_corrected(const PhaseStack& holograms, int frame, std::size_t key);
-  void back_corrected(std::size_t key);
-  void show_exactly(std::size_t key);
-  void back_exactly(std::size_t key);
+  cl::ComplexBuffer table(const std::vector<Sample>& values) const {
+    return {device, std::span<const Sample>(values), "chirp"};
+  }
+  void make_room(cl::ComplexBuffer& plane, glm::ivec2 size, const char* what);
+  void fit_spectrum(const PictureGrid& grid, Tables& t);
+  void turn_spectrum(std::size_t key, bool back);
+  void show_by_spectrum(const PhaseStack& holograms, int frame, std::size_t key);
+  void back_by_spectrum(std::size_t key);
   const cl::ComplexBuffer& back(std::size_t key);
   int back_pitch(std::size_t key) const {
     const auto& grid = grids[key];
-    return is(Propagation::fresnel, key)     ? grid.size.x
-           : is(Propagation::corrected, key) ? grid.corrected.pixels.x
-                                             : optics.size.x;
+    return is(Propagation::fresnel, key) ? grid.size.x : grid.spectrum.pixels.x;
   }
   cl::Kernel& kernel(const char* name);
-  /// Transforms that serve planes of this size.
-  void fit_transform(glm::ivec2 size, glm::ivec2 live);
+  /// A transform that serves planes of this size.
+  void fit_transform(glm::ivec2 size);
 
   cl::Device device;
   cl::FftBackend backend;
@@ -267,10 +258,7 @@ struct Light::State {
   std::vector<cl::ComplexBuffer> planes;                                // by slot
   std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
-  std::optional<Propagator> propagator;
-  cl::ComplexBuffer at_hologram;  // field of the exact propagation
-  // Of the corrected one: the open part's spectrum, and finer samples made of it; packets read
-  // beyond the last row's end
+  // The open part's spectrum, and finer samples made of it; packets read beyond the last row's end
   cl::ComplexBuffer spectrum, fine;
   // The hologram's light in the pupil's plane, and what parts of it add; the hologram's tables.
   // Packets read beyond the last row's end
@@ -285,10 +273,7 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
   grids = std::move(its_grids);
   take_beam();
   tables.clear();
-  propagator.reset();
   transforms = 0;
-  double farthest_m = 0;
-  for (const auto& grid : grids) farthest_m = std::max(farthest_m, grid.z_m);
   to_pupil.reset();
   for (const auto& grid : grids)
     if (grid.pupil && !to_pupil) fit_pupil(*grid.pupil);
@@ -299,29 +284,14 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
     auto& samples = largest[count_of(grid.slot)];
     samples = std::max(samples, area(grid.size));
     Tables t;
-    const auto on_device = [&](const std::vector<Sample>& values) {
-      return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
-    };
-    const auto n = optics.size, first = grid.open.first, count = grid.open.size;
-    if (is(Propagation::corrected, key)) {
-      fit_corrected(grid, t);
-    } else if (is(Propagation::fresnel, key)) {
-      t.open = grid.open;
-      t.column_chirp = on_device(chirp_of(optics, grid, 0));
-      t.row_chirp = on_device(chirp_of(optics, grid, 1));
-      fit_transform(grid.size, count);
+    t.open = grid.open;
+    if (is(Propagation::fresnel, key)) {
+      t.column_chirp = table(chirp_of(optics, grid, 0));
+      t.row_chirp = table(chirp_of(optics, grid, 1));
     } else {
-      t.open = {{0, 0}, n};
-      t.column_chirp = on_device(mask(n.x, first.x, count.x));
-      t.row_chirp = on_device(mask(n.y, first.y, count.y));
-      if (!propagator) {
-        propagator.emplace(device, PropagatorSpec{n, optics.pitch_m, optics.wavelength_m,
-                                                  Optics::exact_padding, backend, farthest_m});
-        at_hologram = {device, area(n), "field at the hologram"};
-      }
-      for (const auto& tile : tiles_of(grid.size, n, optics.pitch_m))
-        propagator->require_reach({tile.centre_m, -grid.z_m});
+      fit_spectrum(grid, t);
     }
+    fit_transform(grid.size);
     tables.push_back(std::move(t));
   }
   planes.resize(largest.size());
@@ -332,72 +302,66 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
   }
 }
 
-void Light::State::fit_transform(glm::ivec2 size, glm::ivec2 live) {
+void Light::State::fit_transform(glm::ivec2 size) {
   const std::pair shape(size.x, size.y);
-  if (backend == cl::FftBackend::host) {
-    host_ffts.try_emplace(shape, count_of(size.x), count_of(size.y));
-  } else if (!device_ffts.contains(shape)) {
-    device_ffts.emplace(shape, cl::make_fft(device, backend,
-                                            {count_of(size.x), count_of(size.y), count_of(live.x),
-                                             count_of(live.y)}));
-  }
+  const auto nx = count_of(size.x), ny = count_of(size.y);
+  if (backend == cl::FftBackend::host)
+    host_ffts.try_emplace(shape, nx, ny);
+  else if (!device_ffts.contains(shape))
+    device_ffts.emplace(shape, cl::make_fft(device, backend, {nx, ny, nx, ny}));
 }
 
-void Light::State::fit_corrected(const PictureGrid& grid, Tables& t) {
-  const auto& sizes = grid.corrected;
-  const auto table = [&](std::vector<Sample> values) {
-    return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
-  };
+/// Room for a plane, and for a packet beyond its last row's end.
+void Light::State::make_room(cl::ComplexBuffer& plane, glm::ivec2 size, const char* what) {
+  const auto samples = area(size) + packet;
+  if (plane.size() >= samples) return;
+  plane = {};  // frees the old memory first
+  plane = {device, samples, what};
+  plane.fill_zero();
+}
+
+void Light::State::fit_spectrum(const PictureGrid& grid, Tables& t) {
+  const auto& sizes = grid.spectrum;
+  const bool is_exact = grid.propagation == Propagation::exact;
   const auto alternating = [&](int axis) {
     return table(chirp({1, 0, grid.open.size[axis]}, 0, 0.5));
   };
-  // Moves the open part behind its margin, and makes up for the transforms' factors
+  // Moves the open part behind its margin, or to its place before the picture's pixels, and makes
+  // up for the transforms' factors
   const auto moved = [&](int axis) {
     const int n = sizes.pixels[axis];
-    return table(chirp({1, 0, n}, 0, -1.0 * sizes.margin / n, 1.0 / (n * sizes.fine[axis])));
+    const double by =
+        is_exact ? grid.open.first[axis] + (n - optics.size[axis]) / 2.0 : 1.0 * sizes.margin;
+    return table(chirp({1, 0, n}, 0, -by / n, 1.0 / (n * sizes.fine[axis])));
   };
-  t.open = grid.open;
   t.column_chirp = alternating(0);
   t.row_chirp = alternating(1);
   t.spectrum_columns = moved(0);
   t.spectrum_rows = moved(1);
+  fit_transform(sizes.pixels);
+  make_room(spectrum, sizes.pixels, "spectrum of the hologram");
+  if (is_exact) return;
   t.fine_columns = table(chirp_of(optics, grid, 0));
   t.fine_rows = table(chirp_of(optics, grid, 1));
-  const auto fine_size = sizes.fine * sizes.pixels;
-  fit_transform(sizes.pixels, sizes.pixels);
-  fit_transform(fine_size, fine_size);
-  fit_transform(grid.size, live_at_hologram(grid));
-  const auto make_room = [&](cl::ComplexBuffer& plane, glm::ivec2 size, const char* what) {
-    if (plane.size() >= area(size) + packet) return;
-    plane = {};  // frees the old memory first
-    plane = {device, area(size) + packet, what};
-    plane.fill_zero();
-  };
-  make_room(spectrum, sizes.pixels, "spectrum of the hologram");
-  make_room(fine, fine_size, "finer samples of the hologram");
+  fit_transform(sizes.fine * sizes.pixels);
+  make_room(fine, sizes.fine * sizes.pixels, "finer samples of the hologram");
 }
 
 void Light::State::fit_pupil(const Pupil& pupil) {
   const auto n = optics.size, all = optics.pupil_plane;
-  fit_transform(all, all);
+  fit_transform(all);
   to_pupil.emplace();
   to_pupil->open = {{0, 0}, n};
-  const auto table = [&](int axis) {
+  const auto chirp_along = [&](int axis) {
     const auto pitch_m = optics.pitch_m[axis];
-    const auto values = chirp({n[axis], 0, n[axis]},
-                              pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
-                              to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis]));
-    return cl::ComplexBuffer(device, std::span<const Sample>(values), "chirp");
+    return table(chirp({n[axis], 0, n[axis]},
+                       pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
+                       to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis])));
   };
-  to_pupil->column_chirp = table(0);
-  to_pupil->row_chirp = table(1);
-  const auto samples = area(all) + packet;
-  if (in_pupil.size() == samples) return;
-  in_pupil = {};  // frees the old memory first
-  added_in_pupil = {};
-  in_pupil = {device, samples, "light in the pupil's plane"};
-  added_in_pupil = {device, samples, "changes in the pupil's plane"};
-  in_pupil.fill_zero();
+  to_pupil->column_chirp = chirp_along(0);
+  to_pupil->row_chirp = chirp_along(1);
+  make_room(in_pupil, all, "light in the pupil's plane");
+  make_room(added_in_pupil, all, "changes in the pupil's plane");
 }
 
 /// Around all parts that are open.
@@ -451,9 +415,10 @@ cl::Kernel& Light::State::kernel(const char* name) {
   return known->second;
 }
 
+/// What the last transform to the picture takes.
 glm::ivec2 Light::State::live_at_hologram(const PictureGrid& grid) const {
-  return grid.propagation == Propagation::corrected ? grid.corrected.fine * grid.corrected.open
-                                                    : grid.open.size;
+  return grid.propagation == Propagation::fresnel ? grid.open.size
+                                                  : grid.spectrum.fine * grid.spectrum.open;
 }
 
 /// inverse: from the hologram to the picture
@@ -494,89 +459,59 @@ void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t fir
            rows_chirp, open.x, open.y, to, nx, columns, rows);
 }
 
-/// From the spectrum to that of finer samples, or back, with the phases that the Fresnel
-/// propagation lacks.
-void Light::State::correct_spectrum(std::size_t key, bool back) {
+/// From the spectrum to that of finer samples, with the phases that Fresnel's propagation lacks, or
+/// to that of the picture, with all of them; or back.
+void Light::State::turn_spectrum(std::size_t key, bool back) {
   const auto& grid = grids[key];
-  const auto& sizes = grid.corrected;
   const auto& t = tables[key];
-  const auto n = sizes.pixels, fine_size = sizes.fine * n;
+  const bool is_exact = grid.propagation == Propagation::exact;
+  auto& turned = is_exact ? plane(key) : fine;
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n;
   const auto sines = optics.wavelength_m / (optics.pitch_m * glm::dvec2(n));
+  const auto waves = grid.z_m / optics.wavelength_m;
   // FFTs of the device read all of the plane
-  const auto written = back || backend == cl::FftBackend::host ? n : fine_size;
-  run_rows(device, kernel("correct_spectrum"), written.x, written.y, back ? fine : spectrum,
-           back ? fine_size.x : n.x, t.spectrum_columns, t.spectrum_rows, n.x, n.y,
+  const auto written = back || backend == cl::FftBackend::host ? n : size;
+  run_rows(device, kernel("turn_spectrum"), written.x, written.y, back ? turned : spectrum,
+           back ? size.x : n.x, t.spectrum_columns, t.spectrum_rows, n.x, n.y,
            static_cast<float>(sines.x), static_cast<float>(sines.y),
-           static_cast<float>(grid.z_m / (2 * optics.wavelength_m)), std::int32_t{back},
-           back ? spectrum : fine, back ? n.x : fine_size.x, written.x, written.y);
+           static_cast<float>(is_exact ? waves : 0), static_cast<float>(is_exact ? 0 : waves / 2),
+           std::int32_t{back}, back ? spectrum : turned, back ? n.x : size.x, written.x, written.y);
 }
 
-/// The Fresnel propagation of a hologram whose spectrum has the phases of the exact one, and room
-/// for light that its pixels send beyond the window.
-void Light::State::show_corrected(const PhaseStack& holograms, int frame, std::size_t key) {
+/// The exact propagation; or Fresnel's of a hologram whose spectrum has the phases of the exact
+/// one, with room for light that its pixels send beyond the window.
+void Light::State::show_by_spectrum(const PhaseStack& holograms, int frame, std::size_t key) {
   const auto& grid = grids[key];
-  const auto& sizes = grid.corrected;
   const auto& t = tables[key];
-  const auto n = sizes.pixels, fine_size = sizes.fine * n, open = sizes.fine * sizes.open;
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n, open = live_at_hologram(grid);
   const bool on_host = backend == cl::FftBackend::host;
   const auto written = on_host ? grid.open.size : n;
   spread(holograms, frame, key, spectrum, n.x, written.x, written.y);
   run_fft(spectrum, n, false, part({0, 0}, grid.open.size), part({0, 0}, n));
-  correct_spectrum(key, false);
-  run_fft(fine, fine_size, true, part({0, 0}, n), part({0, 0}, open));
-  const auto shown = on_host ? open : grid.size;
-  spread_plane(fine, 0, fine_size.x, t.fine_columns, t.fine_rows, open, plane(key), grid.size.x,
-               shown.x, shown.y);
+  turn_spectrum(key, false);
+  if (is(Propagation::corrected, key)) {
+    run_fft(fine, size, true, part({0, 0}, n), part({0, 0}, open));
+    const auto shown = on_host ? open : grid.size;
+    spread_plane(fine, 0, size.x, t.fine_columns, t.fine_rows, open, plane(key), grid.size.x,
+                 shown.x, shown.y);
+  }
   transform(key, true);
 }
 
 /// The adjoint.
-void Light::State::back_corrected(std::size_t key) {
+void Light::State::back_by_spectrum(std::size_t key) {
   const auto& grid = grids[key];
-  const auto& sizes = grid.corrected;
   const auto& t = tables[key];
-  const auto n = sizes.pixels, fine_size = sizes.fine * n, open = sizes.fine * sizes.open,
-             written = backend == cl::FftBackend::host ? open : fine_size;
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n, open = live_at_hologram(grid);
   transform(key, false);
-  run_rows(device, kernel("put_back"), written.x, written.y, fine, std::uint32_t{0}, fine_size.x,
-           t.fine_columns, t.fine_rows, written.x, written.y, plane(key), grid.size.x, 1.0f);
-  run_fft(fine, fine_size, false, part({0, 0}, open), part({0, 0}, n));
-  correct_spectrum(key, true);
+  if (is(Propagation::corrected, key)) {
+    const auto written = backend == cl::FftBackend::host ? open : size;
+    run_rows(device, kernel("put_back"), written.x, written.y, fine, std::uint32_t{0}, size.x,
+             t.fine_columns, t.fine_rows, written.x, written.y, plane(key), grid.size.x, 1.0f);
+    run_fft(fine, size, false, part({0, 0}, open), part({0, 0}, n));
+  }
+  turn_spectrum(key, true);
   run_fft(spectrum, n, true, part({0, 0}, n), part({0, 0}, grid.open.size));
-}
-
-/// Tiles of the picture's plane, one propagation each.
-void Light::State::show_exactly(std::size_t key) {
-  const auto& grid = grids[key];
-  std::vector<Target> targets;
-  const auto tiles = tiles_of(grid.size, optics.size, optics.pitch_m);
-  for (const auto& tile : tiles) targets.push_back({tile.centre_m, -grid.z_m});
-  propagator->load(at_hologram, 0, targets);
-  ++transforms;
-  for (std::size_t i = 0; i < tiles.size(); ++i) {
-    propagator->add(targets[i]);
-    propagator->collect(at_hologram);
-    ++transforms;
-    run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane(key), grid.size.x, grid.size.y, tiles[i].first.x,
-             tiles[i].first.y, std::int32_t{0});
-  }
-}
-
-/// The adjoint: light of all tiles goes the opposite way, and adds up at the hologram.
-void Light::State::back_exactly(std::size_t key) {
-  const auto& grid = grids[key];
-  for (const auto& tile : tiles_of(grid.size, optics.size, optics.pitch_m)) {
-    run_rows(device, kernel("copy_tile"), optics.size.x, optics.size.y, at_hologram, optics.size.x,
-             optics.size.y, plane(key), grid.size.x, grid.size.y, tile.first.x, tile.first.y,
-             std::int32_t{1});
-    const Target target{-tile.centre_m, grid.z_m};
-    propagator->load(at_hologram, 0, {&target, 1});
-    propagator->add(target);
-    ++transforms;
-  }
-  propagator->collect(at_hologram);
-  ++transforms;
 }
 
 const cl::ComplexBuffer& Light::State::back(std::size_t key) {
@@ -584,12 +519,8 @@ const cl::ComplexBuffer& Light::State::back(std::size_t key) {
     transform(key, false);
     return plane(key);
   }
-  if (is(Propagation::corrected, key)) {
-    back_corrected(key);
-    return spectrum;
-  }
-  back_exactly(key);
-  return at_hologram;
+  back_by_spectrum(key);
+  return spectrum;
 }
 
 Light::Light(const cl::Device& device, cl::FftBackend backend)
@@ -606,8 +537,7 @@ int Light::transforms() const { return state_->transforms; }
 
 OpenPart Light::read_back(std::size_t key) const {
   const auto& grid = state_->grids[key];
-  if (!state_->is(Propagation::exact, key) && state_->backend == cl::FftBackend::host)
-    return {grid.region_first, grid.region_size};
+  if (state_->backend == cl::FftBackend::host) return {grid.region_first, grid.region_size};
   return {{0, 0}, grid.size};
 }
 
@@ -640,12 +570,7 @@ void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   auto& s = *state_;
   const auto& grid = s.grids[key];
-  if (s.is(Propagation::corrected, key)) return s.show_corrected(holograms, frame, key);
-  if (s.is(Propagation::exact, key)) {
-    s.spread(holograms, frame, key, s.at_hologram, s.optics.size.x, s.optics.size.x,
-             s.optics.size.y);
-    return s.show_exactly(key);
-  }
+  if (!s.is(Propagation::fresnel, key)) return s.show_by_spectrum(holograms, frame, key);
   // FFTs of the device read all of the plane.
   const auto written = s.backend == cl::FftBackend::host ? grid.open.size : grid.size;
   s.spread(holograms, frame, key, s.plane(key), grid.size.x, written.x, written.y);
@@ -683,7 +608,7 @@ std::vector<std::complex<float>> Light::row_chirp(std::size_t key) const {
 double Light::unitary(std::size_t key) const {
   const auto& grid = this->grid(key);
   if (grid.propagation == Propagation::exact) return 1;
-  return std::sqrt(static_cast<double>(area(grid.corrected.fine)) /
+  return std::sqrt(static_cast<double>(area(grid.spectrum.fine)) /
                    static_cast<double>(area(grid.size)));
 }
 

@@ -312,17 +312,14 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     for (int axis = 0; axis < 2; ++axis)
       if (farthest_m[axis] > plane_m[axis])
         grid.middle_m[axis] = (axis == 0 ? 1 : -1) * part_m[axis];
-  } else if (propagation == Propagation::corrected) {
-    grid.corrected = corrected_planes(optics.size, grid.open.first, grid.open.size, optics.pitch_m,
-                                      optics.wavelength_m, key.z_m, window_m, optics.padding);
-    grid.size = grid.corrected.picture;
-    grid.size.x = whole_packets(grid.size.x);
-    grid.pixel_m = optics.wavelength_m * key.z_m * glm::dvec2(grid.corrected.fine) /
-                   (glm::dvec2(grid.size) * optics.pitch_m);
   } else {
-    grid.size = glm::max(glm::ivec2(glm::ceil(window_m / optics.pitch_m - 1e-6)), glm::ivec2(1));
-    grid.size.x = whole_packets(grid.size.x);
-    grid.pixel_m = optics.pitch_m;
+    grid.spectrum =
+        propagation == Propagation::exact
+            ? exact_planes(optics.size, optics.pitch_m, optics.wavelength_m, key.z_m, window_m)
+            : corrected_planes(optics.size, grid.open.first, grid.open.size, optics.pitch_m,
+                               optics.wavelength_m, key.z_m, window_m, optics.padding);
+    grid.size = grid.spectrum.picture;
+    grid.pixel_m = grid.spectrum.pixel_m;
   }
   for (int axis = 0; axis < 2; ++axis) {
     const auto [first, count] =
@@ -357,7 +354,7 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
   const double pixels_per_pixel =
       grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
-  const auto fine = grid.corrected.fine;
+  const auto fine = grid.spectrum.fine;
   const double per_transform = propagation == Propagation::exact
                                    ? 1
                                    : 1.0 * fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);

@@ -33,8 +33,7 @@ struct Optics {
   double wavelength_m = 1;
   double blur_m = 0;  // standard deviation of the Gaussian that pictures are compared after
   double padding =
-      refine_padding;  // padding of the Fresnel propagation; the exact one has exact_padding
-  static constexpr double exact_padding = 2;
+      refine_padding;  // sides of pictures over those of the open part; the exact ones need none
   Showing showing{};
   glm::ivec2 pupil_plane{0, 0};  // samples of the pupil's plane, for keys with a pupil
 };
@@ -76,10 +75,10 @@ struct PictureGrid {
   double z_m = 0.1;
   OpenPart open;  // of the hologram, or of the pupil's plane
   std::optional<Pupil> pupil{};
-  double distance_m = 0.1;      // light of the open part is as steep as its width over this
-  CorrectedPlanes corrected{};  // where it is propagated so
-  int slot = 0;                 // the key's number in its round: its plane in memory
-  glm::ivec2 size{1, 1};        // samples of the plane; x is a multiple of packet
+  double distance_m = 0.1;    // light of the open part is as steep as its width over this
+  SpectrumPlanes spectrum{};  // where it is propagated over one
+  int slot = 0;               // the key's number in its round: its plane in memory
+  glm::ivec2 size{1, 1};      // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   glm::dvec2 middle_m{0, 0};  // of the plane, right of the axis and above it
   // Pixels that the picture covers, widened to whole packets in x

@@ -77,16 +77,16 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
   const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
   std::vector<cl::MemoryNeed> needs;
   std::vector<std::uint64_t> planes, wides;  // by slot
-  std::uint64_t corrected = 0;
+  std::uint64_t spectra = 0;
   for (const auto& grid : grids) {
     const auto slot = static_cast<std::size_t>(grid.slot);
     planes.resize(std::max(planes.size(), slot + 1));
     wides.resize(planes.size());
     planes[slot] = std::max(planes[slot], area(grid.size));
     wides[slot] = std::max(wides[slot], area(grid.wide_size()));
-    if (grid.propagation == Propagation::corrected)
-      corrected = std::max(corrected, area(grid.corrected.pixels) +
-                                          area(grid.corrected.fine * grid.corrected.pixels));
+    if (grid.propagation != Propagation::fresnel)
+      spectra = std::max(
+          spectra, area(grid.spectrum.pixels) + area(grid.spectrum.fine * grid.spectrum.pixels));
     needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
     if (frames > 1)
       needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
@@ -97,7 +97,7 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
        advice});
   if (pupil_plane.x > 0)
     needs.push_back({"light in the pupil's plane", area(pupil_plane) * 16, advice});
-  if (corrected > 0) needs.push_back({"spectrum of the hologram", corrected * 8, advice});
+  if (spectra > 0) needs.push_back({"spectrum of the hologram", spectra * 8, advice});
   needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
   for (std::size_t slot = 0; slot < planes.size(); ++slot) {
     needs.push_back({"light of the pictures", planes[slot] * 8, advice});

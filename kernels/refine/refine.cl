@@ -110,18 +110,19 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
   }
 }
 
-// target: the spectrum `source` times phases by which the angular spectrum's propagation differs
-// from Fresnel's, turns (1 - sqrt(1 - s^2))^2 for a sine s, and those of columns and rows; zero
-// behind its nx x ny samples, in the first `columns` x `rows` of the target. With `back`, times the
-// conjugates. Frequencies begin with the lowest; beyond s = 1 there is no light.
+// target: the spectrum `source` times phases of turns b + more b^2, b being 1 - sqrt(1 - s^2) for a
+// sine s, and those of columns and rows; zero behind its nx x ny samples, in the first `columns` x
+// `rows` of the target. With `back`, times the conjugates. Frequencies begin with the lowest;
+// beyond s = 1 there is no light. An angular spectrum's propagation over z turns by z / wavelength,
+// and more than Fresnel's by more = z / (2 wavelength).
 //
 // sine_x,y  from a sample to the next
-__kernel void correct_spectrum(const __global float2* restrict source, int source_nx,
-                               const __global float2* restrict column_phases,
-                               const __global float2* restrict row_phases, int nx, int ny,
-                               float sine_x, float sine_y, float turns, int back,
-                               __global float2* restrict target, int target_nx, int columns,
-                               int rows) {
+__kernel void turn_spectrum(const __global float2* restrict source, int source_nx,
+                            const __global float2* restrict column_phases,
+                            const __global float2* restrict row_phases, int nx, int ny,
+                            float sine_x, float sine_y, float turns, float more, int back,
+                            __global float2* restrict target, int target_nx, int columns,
+                            int rows) {
   const int row = (int)get_global_id(1);
   if (row >= rows) return;
   const int inside = row < ny;
@@ -137,7 +138,7 @@ __kernel void correct_spectrum(const __global float2* restrict source, int sourc
                    square = along * along + across * across,
                    bent = square / (1.0f + sqrt(fmax(1.0f - square, (floatv)(0.0f))));
       floatv a, b, c, s, u, v;
-      cos_sin_turns(turns * bent * bent, &c, &s);
+      cos_sin_turns((turns + more * bent) * bent, &c, &s);
       load_complex(column_phases + i, &u, &v);
       const floatv p = c * u - s * v, q = c * v + s * u;
       const intv known = (square < 1.0f) & (i + LANES_INDEX < nx);
@@ -330,24 +331,5 @@ __kernel void put_back(__global float2* restrict part, uint first, int part_pitc
     const floatv u = a * c + b * s, v = b * c - a * s;
     store_some_complex(u * chirp.x + v * chirp.y, v * chirp.x - u * chirp.y, samples + i,
                        part_nx - i);
-  }
-}
-
-// plane: the part of `tile` (rows of tile_nx samples) that lies in it, from column x and row y of
-// the plane on; or, with `back`, the tile's samples from the plane, zero outside it.
-__kernel void copy_tile(__global float2* restrict tile, int tile_nx, int tile_ny,
-                        __global float2* restrict plane, int nx, int ny, int x, int y, int back) {
-  const int row = (int)get_global_id(1);
-  if (row >= tile_ny) return;
-  const int inside = y + row >= 0 && y + row < ny;
-  if (!back && !inside) return;
-  __global float2* in_tile = tile + (size_t)tile_nx * (size_t)row;
-  __global float2* in_plane = plane + (size_t)nx * (size_t)(inside ? y + row : 0) + x;
-  for (int i = (int)get_global_id(0); i < tile_nx; i += (int)get_global_size(0)) {
-    const int known = inside && x + i >= 0 && x + i < nx;
-    if (back)
-      in_tile[i] = known ? in_plane[i] : (float2)(0.0f, 0.0f);
-    else if (known)
-      in_plane[i] = in_tile[i];
   }
 }
