@@ -22,6 +22,7 @@ void add_preview(CLI::App& app);
 void add_compare(CLI::App& app);
 void add_quality(CLI::App& app);
 void add_show(CLI::App& app);
+void add_view(CLI::App& app);
 
 void add_bench(CLI::App& app);
 void add_trade(CLI::App& app);

@@ -316,6 +316,7 @@ FrameSource::FrameSource(const std::vector<std::string>& what, glm::ivec2 given_
   for (const auto& one : what) add_frames(stored, one, given_px);
   if (stored.all.empty()) throw InputError(in_quotes(what.at(0)) + ": holds no frames");
   frames = stored.all.size();
+  first = stored.all[0].file.filename().string();
   panel_hz = stored.panel_hz;
   rate_hz = stored.rate_hz;
 

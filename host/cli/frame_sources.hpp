@@ -15,6 +15,7 @@ namespace raywave::cli {
 struct FrameSource {
   glm::ivec2 size_px{0, 0};
   std::uint64_t frames = 0;  // of one turn; 0: nobody knows (standard input)
+  std::string first;         // file of the first frame; empty: it has none
   // As report.json or the scene says it; 0: not said
   double panel_hz = 0;  // slm.rate, of pictures: one may hold frames of several
   double rate_hz = 0;   // of an animation's holograms

@@ -103,6 +103,7 @@ int main(int argc, char** argv) {
   add_compare(app);
   add_quality(app);
   add_show(app);
+  add_view(app);
   add_bench(app);
   add_trade(app);
   add_tune(app);

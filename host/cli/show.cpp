@@ -153,6 +153,13 @@ FrameSource source_of(const ShowArguments& options) {
   return {scenes, cl::Device(options.device.info())};
 }
 
+/// The start of a line: "hologram_rgb.png, ".
+std::string what_is_shown(const FrameSource& source) {
+  if (source.first.empty()) return "";
+  return one_line(source.first) +
+         (source.frames > 1 ? " and " + std::to_string(source.frames - 1) + " more, " : ", ");
+}
+
 void run_show(const ShowArguments& options) {
   if (options.list) return list_outputs(options);
   if (options.what.empty()) throw InputError("show: give what is to be shown, or --list");
@@ -172,7 +179,8 @@ void run_show(const ShowArguments& options) {
                          : source.frames == 1 ? std::min(1.0, output.rate_hz)
                                               : output.rate_hz;
   if (options.report.prints_text() && options.events != "-")
-    std::printf("%s: %.4g frames a second%s\n", text_of(output).c_str(), rate_hz,
+    std::printf("%s: %s%.4g frames a second%s\n", text_of(output).c_str(),
+                what_is_shown(source).c_str(), rate_hz,
                 options.loops == 0 && source.frames > 0 ? ", until Ctrl-C" : "");
   std::fflush(stdout);
   const auto frames = options.loops * source.frames;

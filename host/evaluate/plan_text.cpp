@@ -248,6 +248,9 @@ void add_samples(const Scene& scene, const Plan& plan, Rows& out) {
       out << "fans of rays\n";
     }
   }
+  if (const auto& light = plan.lighting; light.diffuse_rays + light.gloss_rays > 0)
+    out << "scattered light of other surfaces, by " << light.diffuse_rays << " rays all around and "
+        << light.gloss_rays << " in highlights, from each ray's end\n";
   if (plan.samples.aimed)
     out << "samples   a lattice of " << plan.lattice.size.x << " x " << plan.lattice.size.y
         << " rays, " << mm(scene.sampling.pitch_m) << " apart at "

@@ -83,6 +83,9 @@ constexpr double butterflies_of_a_paced_pixel = 118, butterflies_of_a_paced_samp
 /// triangles take 0.8 to 1.3 of the time predicted, but those under a second.
 constexpr double levels_of_lens_ray = 5.8, lens_level = 0.93, levels_of_box = 1.45;
 
+/// A ray that looks for the light of other surfaces, for each level of the tree.
+constexpr double levels_of_look = 3;
+
 /// True where find_samples knows the breaks of the surfaces (host/trace/samples.cpp).
 bool knows_breaks(const World& world, const Plan& plan) {
   return breaks_pay(plan.lattice, world.triangles.size()) &&
@@ -113,6 +116,11 @@ Crossing crossing(const Plan& plan, const DepthLayer& layer, int axis, double at
   }
   return low < high ? Crossing{(high - low) / plan.hologram.pitch_m[axis], footprint.is_near()}
                     : Crossing{};
+}
+
+/// Surfaces that ask for lights over those that are seen: half of the rays to others meet one.
+double with_looks(const FrontView& view) {
+  return view.covered > 0 ? 1 + view.looks / view.covered / 2 : 1;
 }
 
 /// Lights whose highlights are shaded, each of its samples counted.
@@ -286,9 +294,10 @@ void count_samples(const World& world, const Plan& plan, const FrontView& view, 
                                rays_of_lost_segment * view.lost + rays_of_path * to_parts);
   work.rays += descent * rays + levels_of_picture;
   if (shades_parts(plan, world.triangles.size())) work.rays += levels_of_part * parts * samples;
+  work.rays += levels_of_look * descent * (1 + parts) * samples_of_a_cell * view.looks;
   if (plan.lighting.shadows)
     work.shadow_rays =
-        (1 + parts) * samples_of_a_cell *
+        (1 + parts) * samples_of_a_cell * with_looks(view) *
         (view.lights_faced_levels +
          view.lights_faced * levels_of_objects *
              std::log2(static_cast<double>(plan.lighting.material_of_object.size())));
@@ -350,7 +359,9 @@ Work lens_work(const World& world, const Plan& plan, const FrontView& view, glm:
   const double met = rays * std::min(1.0, seen_m2 / (window_m.x * window_m.y));
   work.lens_rays = levels_of_lens_ray * rays + (lens_level * descent + levels_of_box * boxes) *
                                                    met * (1 + view.segments / view.covered);
-  if (plan.lighting.shadows) work.shadow_rays = met * view.lights_faced_levels / view.covered;
+  work.lens_rays += levels_of_look * descent * met * view.looks / view.covered;
+  if (plan.lighting.shadows)
+    work.shadow_rays = met * with_looks(view) * view.lights_faced_levels / view.covered;
   return work;
 }
 

@@ -394,6 +394,8 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
     const double lights = shading.lights_faced(place, normal);
     view.lights_faced += lights;
     view.lights_faced_levels += lights * levels[static_cast<std::size_t>(object)];
+    if (material.diffuse != glm::dvec3(0)) view.looks += plan.lighting.diffuse_rays;
+    if (view.shiny[cell]) view.looks += plan.lighting.gloss_rays;
   }
   find_breaks(plan, steep, view);
   add_images(plan, specular, view);

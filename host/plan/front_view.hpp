@@ -45,6 +45,7 @@ struct FrontView {
   // Lights that each cell's surface faces, and these times the depth of the tree of its object,
   // summed over the cells
   double lights_faced = 0, lights_faced_levels = 0;
+  double looks = 0;  // rays to other surfaces, summed over the cells
 
   double eye_z_m = 0;  // where tangents are taken, on the axis: LatticePlan::eye_m
 

@@ -176,7 +176,8 @@ bool breaks_pay(const LatticePlan& lattice, std::size_t triangles) {
 bool shades_parts(const Plan& plan, std::size_t triangles) {
   constexpr std::size_t few_of_a_cell = 3;
   const auto& lighting = plan.lighting;
-  return lighting.shadows || lighting.textures > 0 ||
+  return lighting.shadows || lighting.textures > 0 || lighting.diffuse_rays > 0 ||
+         lighting.gloss_rays > 0 ||
          std::any_of(lighting.lights.begin(), lighting.lights.end(), has_size) ||
          triangles > few_of_a_cell * cells_of(plan.lattice);
 }

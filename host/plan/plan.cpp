@@ -43,8 +43,8 @@ double Cone::field_error() const {
 }
 
 Lighting lighting_of(const Scene& scene, const World& world) {
-  Lighting lighting{
-      scene.lights, scene.materials, {}, scene.trace.shadows, scene.trace.shadow_rays};
+  Lighting lighting{scene.lights,        scene.materials,         {},
+                    scene.trace.shadows, scene.trace.shadow_rays, scene.trace.diffuse_rays};
   for (const auto& object : scene.objects) lighting.material_of_object.push_back(object.material);
   lighting.first_of_meshes = static_cast<std::int32_t>(scene.materials.size());
   lighting.materials.insert(lighting.materials.end(), world.materials.begin(),
@@ -66,6 +66,8 @@ Lighting lighting_of(const Scene& scene, const World& world) {
     lighting.textures = std::max(lighting.textures, textures_of(lighting.materials[i], maps));
     lighting.normal_maps |= maps && maps->normal[0];
     lighting.alpha = std::max(lighting.alpha, lighting.materials[i].alpha_mode);
+    if (has_highlights(lighting.materials[i], scene.channels()))
+      lighting.gloss_rays = scene.trace.gloss_rays;
   }
   return lighting;
 }

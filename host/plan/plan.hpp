@@ -238,6 +238,8 @@ struct Lighting {
   std::vector<std::int32_t> material_of_object;  // index into `materials`
   bool shadows = false;                          // objects keep light from each other
   int shadow_rays = 16;                          // TraceSpec::shadow_rays
+  int diffuse_rays = 0;                          // TraceSpec::diffuse_rays
+  int gloss_rays = 0;                            // TraceSpec::gloss_rays, 0 without highlights
   std::int32_t first_of_meshes = 0;              // of `materials`
   std::vector<std::int32_t> used{};              // of `materials`, that some triangle has
   // TEXTURES_NONE, TEXTURES_PLAIN or TEXTURES_LOOKS of kernels/scene/options.h: what of the used

@@ -290,6 +290,8 @@ void keys_of(TraceSpec& spec, const Keys& key) {
   key(whole("shadow_rays", spec.shadow_rays, 1, 16).and_then([&](const Value& v) {
     if (!std::has_single_bit(static_cast<unsigned>(spec.shadow_rays))) v.fail("1, 2, 4, 8 or 16");
   }));
+  key(whole("diffuse_rays", spec.diffuse_rays, 0, TraceSpec::most_looks));
+  key(whole("gloss_rays", spec.gloss_rays, 0, TraceSpec::most_looks));
 }
 
 void keys_of(AccuracySpec& spec, const Keys& key) {

@@ -136,6 +136,10 @@ struct TraceSpec {
   // Of the sixteen rays of a cell, how many ask for each direction of a light that has a size where
   // shadows change: 1, 2, 4, 8 or 16; 16: everywhere
   int shadow_rays = 2;
+  // From the end of each ray, to surfaces whose light falls there, or that a highlight would show:
+  // one bounce of their light
+  static constexpr int most_looks = 64;
+  int diffuse_rays = 0, gloss_rays = 0;
 };
 
 /// How phases are computed: in floats (differences within a tile of pixels; optical paths in pairs

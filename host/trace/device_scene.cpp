@@ -276,6 +276,8 @@ cl::Options kernel_options(const Plan& plan) {
           {option::shadows, std::to_string(!plan.lighting.shadows || lights == 0 ? 0
                                            : any_light(has_size) ? plan.lighting.shadow_rays
                                                                  : SHADOWS_ALL)},
+          {option::diffuse_rays, std::to_string(plan.lighting.diffuse_rays)},
+          {option::gloss_rays, std::to_string(plan.lighting.gloss_rays)},
           {option::bounces, std::to_string(plan.specular.bounces)}};
 }
 

@@ -9,7 +9,7 @@
 #include "kernels/scene/shade.h"
 
 #if RAYWAVE_BOUNCES > 0
-#if RAYWAVE_LIGHT_PLACES > 1
+#if PLACES_DIFFER
 #define PLACE_OF_PART(packet, cell) light_place_of_part(packet, (cell)->column, (cell)->row)
 // Where a sample looks for lights that make highlights (kernels/gather/radiance_towards.h)
 #define PLACE_OF_KEY(key) ((intv)((int)((key)&15u)))

@@ -37,7 +37,7 @@ static inline Rays centre_rays(const Lattice* lattice, int first, int row, intv 
                       active & (column < lattice->nx));
 }
 
-#if RAYWAVE_LIGHT_PLACES > 1
+#if PLACES_DIFFER
 // Where the parts of a packet look for lights: all places, or some of them with the rest left to
 // the neighbours.
 static inline intv light_place_of_part(int packet, int column, int row) {

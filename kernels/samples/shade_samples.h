@@ -15,6 +15,7 @@
 static inline Radiance scattered(const SceneArrays* scene, const Surface* s, const Lattice* lattice,
                                  bool together, intv active, uintv* words) {
   Radiance radiance = own_light(scene, s);
+  ADD_SCATTERED(scene, s, lattice->bias, lattice->reach, active, &radiance);
   for (int w = 0; w < LIT_WORDS; ++w) words[w] = 0;
 #if RAYWAVE_LIGHTS > 0
   floatv shares[RAYWAVE_LANES];

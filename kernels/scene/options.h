@@ -77,6 +77,15 @@
 #define RAYWAVE_SHADOWS 0
 #endif
 
+// Rays that look from a surface for light of others that it scatters: all around, and around the
+// mirrored direction, where highlights are; 0: none
+#ifndef RAYWAVE_DIFFUSE_RAYS
+#define RAYWAVE_DIFFUSE_RAYS 0
+#endif
+#ifndef RAYWAVE_GLOSS_RAYS
+#define RAYWAVE_GLOSS_RAYS 0
+#endif
+
 #define RAYWAVE_SCENE_OPTIONS(OPTION)        \
   OPTION(colours, RAYWAVE_COLOURS)           \
   OPTION(bvh_depth, RAYWAVE_BVH_DEPTH)       \
@@ -89,6 +98,8 @@
   OPTION(textures, RAYWAVE_TEXTURES)         \
   OPTION(normal_maps, RAYWAVE_NORMAL_MAPS)   \
   OPTION(alpha, RAYWAVE_ALPHA)               \
-  OPTION(shadows, RAYWAVE_SHADOWS)
+  OPTION(shadows, RAYWAVE_SHADOWS)           \
+  OPTION(diffuse_rays, RAYWAVE_DIFFUSE_RAYS) \
+  OPTION(gloss_rays, RAYWAVE_GLOSS_RAYS)
 
 #endif

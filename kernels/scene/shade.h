@@ -5,6 +5,7 @@
 
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
+#include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
 #include "kernels/scene/arrays.h"
 #include "kernels/scene/bvh.h"
@@ -21,6 +22,10 @@ static inline float3 triangle_cross(const Tree* tree, int index) {
       tree, index,
       (float3)(ab.y * ac.z - ab.z * ac.y, ab.z * ac.x - ab.x * ac.z, ab.x * ac.y - ab.y * ac.x));
 }
+
+// 1: rays that lie close together look in different directions
+#define PLACES_DIFFER \
+  (RAYWAVE_LIGHT_PLACES > 1 || RAYWAVE_DIFFUSE_RAYS > 0 || RAYWAVE_GLOSS_RAYS > 0)
 
 #define REFINED_SURFACES (RAYWAVE_BOUNCES > 0 || (RAYWAVE_SHARP && RAYWAVE_HIGHLIGHTS > 0))
 
@@ -41,8 +46,8 @@ typedef struct {
 #endif
   floatv reflectivity, transparency, ior, ior_low, attenuation;
   intv entering;  // the ray hits the outer side of the surface
-#if RAYWAVE_LIGHT_PLACES > 1
-  intv light_place;  // where it looks for lights that have a size
+#if PLACES_DIFFER
+  intv light_place;  // where it looks for lights that have a size, of 16
 #endif
 #if REFINED_SURFACES
   // Double-single values from refine_surface; `towards` points to the viewer and has any length
@@ -236,7 +241,7 @@ static inline Surface surface_at(const SceneArrays* scene, const Rays* rays, con
   surface.vy = rays->dy * toward_viewer;
   surface.vz = rays->dz * toward_viewer;
   set_normals(&h, rays, &surface);
-#if RAYWAVE_LIGHT_PLACES > 1
+#if PLACES_DIFFER
   surface.light_place = 0;
 #endif
   return surface;
@@ -277,7 +282,7 @@ static inline DoubleSingle refine_surface(const SceneArrays* scene, const Line* 
 }
 #endif
 
-#if RAYWAVE_LIGHT_PLACES > 1
+#if PLACES_DIFFER
 // The place of a light for the ray (i, j) of a regular set: neighbours look for different ones.
 static inline intv light_place_of(intv i, intv j) { return (i & 3) | (j & 3) << 2; }
 #define LOOK_FOR_LIGHTS(surface, place) ((surface)->light_place = (place))
@@ -641,11 +646,117 @@ static inline Radiance own_light(const SceneArrays* scene, const Surface* s) {
   return own;
 }
 
-// Radiance from the surface towards the viewer that the hologram shows, without bounces: ambient
-// part plus the diffuse and specular parts of all lights. together: share_of_light
+#if RAYWAVE_DIFFUSE_RAYS > 0 || RAYWAVE_GLOSS_RAYS > 0
+// Unit vectors, and the light that comes from there.
+typedef struct {
+  floatv x, y, z;
+} Direction;
+
+// At an angle with this cosine to a unit vector, `turn` turns around it from anywhere.
+static inline Direction around(Direction axis, floatv cosine, floatv turn) {
+  // A frame that has no singular direction (Duff et al. 2017)
+  const floatv sign = copysign((floatv)(1.0f), axis.z), a = -1.0f / (sign + axis.z),
+               b = axis.x * axis.y * a, sine = sqrt(fmax(1.0f - cosine * cosine, (floatv)(0.0f)));
+  floatv c, s;
+  cos_sin_turns(turn, &c, &s);
+  c *= sine;
+  s *= sine;
+  const Direction d = {c * (1.0f + sign * axis.x * axis.x * a) + s * b + cosine * axis.x,
+                       c * sign * b + s * (sign + axis.y * axis.y * a) + cosine * axis.y,
+                       -c * sign * axis.x - s * axis.y + cosine * axis.z};
+  return d;
+}
+
+// Adds the light of other surfaces that comes from a direction: ambient light, emission, and what
+// they scatter of lights. What they mirror or let through, and their highlights, are left out.
+CALLED void add_light_from(const SceneArrays* scene, const Surface* s, Direction to, float bias,
+                           float reach, intv active, Radiance* sum) {
+  const Rays rays = {s->x + bias * SIDE_X(s),
+                     s->y + bias * SIDE_Y(s),
+                     s->z + bias * SIDE_Z(s),
+                     to.x,
+                     to.y,
+                     to.z,
+                     (floatv)(0.0f),
+                     (floatv)(reach),
+                     active & (to.x * SIDE_X(s) + to.y * SIDE_Y(s) + to.z * SIDE_Z(s) > 0.0f)};
+  if (!LANES_ANY(rays.active)) return;
+  const Hits hits = bvh_nearest(&scene->tree, &rays);
+  const intv hit = hits.triangle >= 0;
+  if (!LANES_ANY(hit)) return;
+  Surface met = surface_at(scene, &rays, &hits);
+  LOOK_FOR_LIGHTS(&met, s->light_place);
+  Radiance radiance = own_light(scene, &met);
+#if RAYWAVE_LIGHTS > 0
+  for (int i = 0; i < RAYWAVE_LIGHTS; ++i) {
+    const Incident in = incident(scene->lights, i, &met, reach);
+    const intv lit = lit_by(scene, &in, &met, bias, hit);
+    for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+      radiance.of[k] +=
+          LANES_SELECT((floatv)(0.0f), met.diffuse[k] * in.facing * intensity_of(&in, k), lit);
+  }
+#endif
+  const floatv own = 1.0f - met.reflectivity - met.transparency;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+    sum->of[k] += LANES_SELECT((floatv)(0.0f), own * radiance.of[k], hit);
+}
+
+// Direction i of `rays` of each lane of a surface around an axis, of the set that the 16 places
+// share: even in what `share` gets, which lies within 0 to 1, and in the turns around the axis.
+static inline floatv direction_of(const Surface* s, int i, int rays, floatv* share) {
+  const floatv number = LANES_TO_FLOAT(16 * i + s->light_place);
+  *share = (number + 0.5f) / (16.0f * (float)rays);
+  return number * 0.6180339887f;
+}
+
+// Adds to a radiance towards the viewer what the surface scatters of the light of others.
+CALLED void add_scattered(const SceneArrays* scene, const Surface* s, float bias, float reach,
+                          intv active, Radiance* radiance) {
+  floatv share;
+#if RAYWAVE_DIFFUSE_RAYS > 0
+  intv matt = 0;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) matt |= s->diffuse[k] > 0.0f;
+  const Direction normal = {s->nx, s->ny, s->nz};
+  Radiance diffuse;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) diffuse.of[k] = 0.0f;
+  for (int i = 0; i < RAYWAVE_DIFFUSE_RAYS && LANES_ANY(active & matt); ++i) {
+    const floatv turn = direction_of(s, i, RAYWAVE_DIFFUSE_RAYS, &share);
+    add_light_from(scene, s, around(normal, sqrt(share), turn), bias, reach, active & matt,
+                   &diffuse);
+  }
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+    radiance->of[k] += s->diffuse[k] * diffuse.of[k] / (float)RAYWAVE_DIFFUSE_RAYS;
+#endif
+#if RAYWAVE_GLOSS_RAYS > 0
+  intv glossy = 0;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) glossy |= s->specular[k] > 0.0f;
+  const floatv twice = 2.0f * (s->vx * s->nx + s->vy * s->ny + s->vz * s->nz);
+  const Direction mirrored = {twice * s->nx - s->vx, twice * s->ny - s->vy, twice * s->nz - s->vz};
+  Radiance gloss;
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k) gloss.of[k] = 0.0f;
+  for (int i = 0; i < RAYWAVE_GLOSS_RAYS && LANES_ANY(active & glossy); ++i) {
+    const floatv turn = direction_of(s, i, RAYWAVE_GLOSS_RAYS, &share);
+    const floatv cosine = pow_unit(1.0f - share, 1.0f / (s->shininess + 1.0f));
+    add_light_from(scene, s, around(mirrored, cosine, turn), bias, reach, active & glossy, &gloss);
+  }
+  for (int k = 0; k < RAYWAVE_COLOURS; ++k)
+    radiance->of[k] +=
+        s->specular[k] * gloss.of[k] / ((0.5f * s->shininess + 1.0f) * (float)RAYWAVE_GLOSS_RAYS);
+#endif
+}
+#define ADD_SCATTERED(scene, s, bias, reach, active, radiance) \
+  add_scattered(scene, s, bias, reach, active, radiance)
+#else
+#define ADD_SCATTERED(scene, s, bias, reach, active, radiance) ((void)0)
+#endif
+
+// Radiance from the surface towards the viewer that the hologram shows, without mirrors and glass:
+// ambient part plus the diffuse and specular parts of all lights, and the light of other surfaces
+// that it scatters. together: share_of_light
 static inline floatv phong(const SceneArrays* scene, const Surface* s, float bias, float reach,
                            bool together, intv active) {
   Radiance radiance = own_light(scene, s);
+  ADD_SCATTERED(scene, s, bias, reach, active, &radiance);
 #if RAYWAVE_LIGHTS > 0
   // Clear glass and plain mirrors show no light, and ask for none
   intv shows = 0;

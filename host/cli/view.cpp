@@ -1,0 +1,334 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+#include <condition_variable>
+#include <cstdio>
+#include <filesystem>
+#include <mutex>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <thread>
+#include <utility>
+#include <vector>
+
+#include "host/cli/commands.hpp"
+#include "host/cli/help.hpp"
+#include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/display/viewer_window.hpp"
+#include "host/evaluate/host_figures.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/geometry/world.hpp"
+#include "host/live/live_scene.hpp"
+#include "host/scene/document.hpp"
+#include "host/scene/image.hpp"
+
+namespace raywave::cli {
+namespace {
+
+struct ViewArguments {
+  SceneOptions scene;
+  GoalOptions goal;
+  DeviceOptions device;
+  ReportOptions report;
+  std::string record, out;
+};
+
+constexpr const char* keys =
+    "drag: turn the object; with Shift or the right button: move it. Wheel: focus; with Shift:\n"
+    "move the object in depth. Tab: the next object. Arrows: the eye, over the hologram. [ and ]:\n"
+    "a smaller and a larger part of the hologram. H: levels beside the picture. L: what a lens\n"
+    "sees. - and =: exposure. 0: as the scene has it. S: save the picture. Q: end\n";
+
+/// What keys and mouse do.
+class Hand {
+public:
+  Hand(Viewing start, double depth_m, double height_m)
+      : viewing(start), start_(std::move(start)), depth_m_(depth_m), height_m_(height_m) {}
+
+  /// Returns whether anything is seen of it.
+  bool apply(const UserAction& action) {
+    auto& pose = viewing.poses[object];
+    if (action.kind == UserAction::Kind::close) {
+      ends = true;
+    } else if (action.kind == UserAction::Kind::drag && action.is_second) {
+      // To the right, as an eye sees it, is -x
+      pose.position_m += height_m_ * glm::dvec3(-action.by.x, action.by.y, 0);
+    } else if (action.kind == UserAction::Kind::drag) {
+      pose.rotation_deg += 180.0 * glm::dvec3(action.by.y, action.by.x, 0);
+    } else if (action.kind == UserAction::Kind::wheel) {
+      (action.is_second ? pose.position_m.z : viewing.focus_m) += action.by.y * depth_m_ / 20;
+    } else {
+      return apply_key(action.key);
+    }
+    return true;
+  }
+
+  Viewing viewing;
+  std::size_t object = 0;
+  bool ends = false, saves = false;
+
+private:
+  bool apply_key(const std::string& key) {
+    constexpr double step = 0.1;
+    auto& eye = viewing.eye;
+    if (key == "q" || key == "escape")
+      ends = true;
+    else if (key == "s")
+      saves = true;
+    else if (key == "tab")
+      object = (object + 1) % viewing.poses.size();
+    else if (key == "h")
+      viewing.hologram = !viewing.hologram;
+    else if (key == "l")
+      viewing.lens = !viewing.lens;
+    else if (key == "0")
+      viewing = start_;
+    else if (key == "left" || key == "right")
+      eye.x += key == "left" ? step : -step;  // as the eye moves
+    else if (key == "up" || key == "down")
+      eye.y += key == "up" ? step : -step;
+    else if (key == "[" || key == "]")
+      viewing.part = std::clamp(viewing.part * (key == "[" ? 0.8 : 1.25), 0.05, 1.0);
+    else if (key == "-" || key == "=")
+      viewing.stops += key == "-" ? -0.5 : 0.5;
+    else
+      return false;
+    // A part of the hologram stays open
+    eye = glm::clamp(eye, glm::dvec2(viewing.part - 1), glm::dvec2(1 - viewing.part));
+    return key != "tab" && key != "s";
+  }
+
+  Viewing start_;
+  double depth_m_, height_m_;
+};
+
+std::string title_of(const std::string& file, const Hand& hand, const LivePicture& picture) {
+  const auto& v = hand.viewing;
+  return file + "  focus " + length_text(v.focus_m) + "  object " + std::to_string(hand.object) +
+         (v.part < 1 ? format("  part %.2g at (%.1f, %.1f)", v.part, v.eye.x, v.eye.y) : "") +
+         (picture.hologram_s > 0 ? format("  hologram %.0f ms", 1e3 * picture.hologram_s) : "") +
+         format("  picture %.0f ms", 1e3 * picture.picture_s);
+}
+
+/// The keys of a scene that put its objects where they were turned to.
+void print_poses(const Viewing& viewing) {
+  for (std::size_t i = 0; i < viewing.poses.size(); ++i) {
+    const auto &at = viewing.poses[i].position_m, &turn = viewing.poses[i].rotation_deg;
+    std::printf(
+        "--set 'object.%zu.position=[%.9g, %.9g, %.9g]' "
+        "--set 'object.%zu.rotation=[%.6g, %.6g, %.6g]'\n",
+        i, at.x, at.y, at.z, i, turn.x, turn.y, turn.z);
+  }
+  std::fflush(stdout);
+}
+
+void save(const std::filesystem::path& file, const LivePicture& picture) {
+  save_picture(file, picture.size_px.x, picture.size_px.y,
+               std::span<const std::uint8_t>(picture.rgb));
+}
+
+/// Makes pictures while the window listens: always of what is wanted last.
+class Worker {
+public:
+  explicit Worker(LiveScene& scene) : scene_(scene), thread_([this] { run(); }) {}
+  ~Worker() {
+    {
+      const std::lock_guard lock(mutex_);
+      ends_ = true;
+    }
+    changed_.notify_one();
+    thread_.join();
+  }
+
+  void want(const Viewing& viewing) {
+    {
+      const std::lock_guard lock(mutex_);
+      wanted_ = viewing;
+    }
+    changed_.notify_one();
+  }
+  struct Made {
+    LivePicture picture;
+    std::string error;  // in place of a picture
+  };
+  /// Passes on what went wrong beyond what a person can mend by another view.
+  std::optional<Made> take() {
+    const std::lock_guard lock(mutex_);
+    if (failed_) std::rethrow_exception(failed_);
+    return std::exchange(made_, {});
+  }
+
+private:
+  void run() try {
+    for (;;) {
+      Viewing viewing;
+      {
+        std::unique_lock lock(mutex_);
+        changed_.wait(lock, [&] { return ends_ || wanted_; });
+        if (ends_) return;
+        viewing = *std::exchange(wanted_, {});
+      }
+      Made made;
+      try {
+        made.picture = scene_.look(viewing);
+      } catch (const InputError& error) {
+        made.error = error.what();
+      }
+      const std::lock_guard lock(mutex_);
+      made_ = std::move(made);
+    }
+  } catch (...) {
+    const std::lock_guard lock(mutex_);
+    failed_ = std::current_exception();
+  }
+
+  LiveScene& scene_;
+  std::mutex mutex_;
+  std::condition_variable changed_;
+  std::optional<Viewing> wanted_;
+  std::optional<Made> made_;
+  std::exception_ptr failed_;
+  bool ends_ = false;
+  std::thread thread_;
+};
+
+void show_live(const ViewArguments& options, LiveScene& scene) {
+  auto picture = scene.look(scene.start());
+  const auto window = viewer_window(picture.size_px);
+  Hand hand(scene.start(), scene.depth_m(), scene.window_m().y);
+  auto seen = hand.viewing;  // of the last picture
+  const auto file = std::filesystem::path(options.scene.file).filename().string();
+  window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture));
+  if (options.report.prints_text()) std::fputs(keys, stdout);
+  std::fflush(stdout);
+  Worker worker(scene);
+  int saved = 0;
+  while (!hand.ends) {
+    bool has_changed = false;
+    for (const auto& action : window->wait(0.01)) has_changed |= hand.apply(action);
+    if (has_changed) worker.want(hand.viewing);
+    if (auto made = worker.take()) {
+      if (made->error.empty()) {
+        picture = std::move(made->picture);
+        seen = hand.viewing;
+      } else {
+        hand.viewing = seen;
+        worker.want(seen);
+      }
+      window->draw(picture.size_px, picture.rgb,
+                   made->error.empty() ? title_of(file, hand, picture) : one_line(made->error));
+    }
+    if (!std::exchange(hand.saves, false)) continue;
+    const auto name =
+        std::filesystem::path(options.out) / ("view_" + std::to_string(saved++) + ".png");
+    save(name, picture);
+    if (!options.report.prints_text()) continue;
+    std::printf("%s\n", name.string().c_str());
+    print_poses(hand.viewing);
+  }
+}
+
+/// A step of a script.
+struct Step {
+  Viewing viewing;
+  int repeat = 1;
+};
+
+/// Reads what follows one after another, [[step]] by [[step]].
+std::vector<Step> read_steps(const std::filesystem::path& file, Viewing viewing) {
+  const auto document = parse_document(read_scene_text(file), {});
+  Section root(document, document.root, "", "");
+  std::vector<Step> steps;
+  const int last = static_cast<int>(viewing.poses.size()) - 1;
+  for (auto& section : root.sections("step")) {
+    Step step;
+    int object = 0;
+    glm::dvec3 turn(0), move(0);
+    section.read("object", [&](const Value& v) { object = v.integer(0, last); });
+    section.read("turn", [&](const Value& v) { turn = v.numbers(between(-1e6, 1e6)); });
+    section.read("move", [&](const Value& v) { move = v.lengths_m(between(-1e4, 1e4)); });
+    section.read("focus",
+                 [&](const Value& v) { viewing.focus_m = v.length_m(between(-1e4, 1e4)); });
+    section.read("eye", [&](const Value& v) {
+      viewing.eye = v.vector<glm::dvec2>(
+          "two numbers [x, y]", [](const Value& one) { return one.number(between(-1, 1)); });
+    });
+    section.read("part", [&](const Value& v) { viewing.part = v.number(between(0.01, 1)); });
+    section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
+    section.read("lens", [&](const Value& v) { viewing.lens = v.boolean(); });
+    section.read("stops", [&](const Value& v) { viewing.stops = v.number(between(-20, 20)); });
+    section.read("repeat", [&](const Value& v) { step.repeat = v.integer(1, 100000); });
+    section.finish();
+    for (int i = 0; i < step.repeat; ++i) {
+      auto& pose = viewing.poses[static_cast<std::size_t>(object)];
+      pose.rotation_deg += turn;
+      pose.position_m += move;
+      steps.push_back({viewing, 1});
+    }
+  }
+  root.finish();
+  if (steps.empty()) throw InputError(one_line(file.string()) + ": has no [[step]]");
+  return steps;
+}
+
+void record(const ViewArguments& options, LiveScene& scene) {
+  const auto steps = read_steps(options.record, scene.start());
+  OutputSet out(options.out);
+  auto pictures = Json::array();
+  for (const auto& step : steps) {
+    const auto picture = scene.look(step.viewing);
+    const auto name = format("view_%05zu.png", pictures.size());
+    save(out.folder() / name, picture);
+    out.add(name);
+    pictures.push_back({{"png", name},
+                        {"focus_m", step.viewing.focus_m},
+                        {"hologram_s", picture.hologram_s},
+                        {"picture_s", picture.picture_s}});
+  }
+  const auto text = out.finish(Json{{"pictures", std::move(pictures)}});
+  if (options.report.prints_text()) out.print();
+  options.report.write(text);
+}
+
+void run_view(const ViewArguments& options) {
+  if (!options.record.empty() && options.out.empty())
+    throw InputError("--record needs -o, the folder of its pictures");
+  auto scenes = options.scene.load_all(options.report);
+  const cl::Device device(options.device.info());
+  auto world = build_world(scenes[0]);
+  if (const auto goal = options.goal.goal(); goal.any()) {
+    const auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
+    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
+  }
+  LiveScene scene(device, options.device.backend(device.info()), std::move(scenes),
+                  std::move(world));
+  for (const auto& note : scene.notes()) options.report.note(note);
+  if (options.record.empty())
+    show_live(options, scene);
+  else
+    record(options, scene);
+}
+
+}  // namespace
+
+void add_view(CLI::App& app) {
+  auto* command = add_command(app, section::look, "view",
+                              "Turn a scene in a window, and see what its hologram shows",
+                              "build/raywave view data/teapot.toml --preset draft");
+  auto options = std::make_shared<ViewArguments>();
+  options->scene.add_to(*command)->required();
+  options->goal.add_to(*command);
+  options->device.add_to(*command);
+  option(*command, "--record", options->record, "FILE", group::pictures,
+         "No window: make the pictures of a script of [[step]]s with object, turn, move, focus, "
+         "eye, part, hologram, lens, stops and repeat");
+  add_output(*command, options->out, "saved pictures; the folder where it runs when not given");
+  options->report.add_to(*command, "the pictures of --record");
+  command->callback([options] { run_view(*options); });
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/display/viewer_window.hpp"
+
+#include "host/common/error.hpp"
+
+#ifdef RAYWAVE_SDL2
+#define SDL_MAIN_HANDLED
+#include <SDL.h>
+
+#include <algorithm>
+#include <cctype>
+#include <cmath>
+#include <functional>
+#include <optional>
+#include <type_traits>
+#include <utility>
+
+#include "host/display/loaded.hpp"
+#endif
+
+namespace raywave {
+
+#ifdef RAYWAVE_SDL2
+namespace {
+
+#define RAYWAVE_SDL_FUNCTIONS(use)                                                          \
+  use(SDL_SetMainReady) use(SDL_SetHint) use(SDL_InitSubSystem) use(SDL_QuitSubSystem)      \
+      use(SDL_GetError) use(SDL_GetCurrentVideoDriver) use(SDL_CreateWindow)                \
+          use(SDL_DestroyWindow) use(SDL_SetWindowTitle) use(SDL_GetWindowSize)             \
+              use(SDL_WaitEventTimeout) use(SDL_PollEvent) use(SDL_GetModState)             \
+                  use(SDL_GetKeyName) use(SDL_CreateRenderer) use(SDL_DestroyRenderer)      \
+                      use(SDL_CreateTexture) use(SDL_DestroyTexture) use(SDL_UpdateTexture) \
+                          use(SDL_RenderClear) use(SDL_RenderCopy) use(SDL_RenderPresent)   \
+                              use(SDL_RenderSetLogicalSize)
+
+struct Sdl {
+#define RAYWAVE_MEMBER(name) std::function<std::remove_pointer_t<decltype(&::name)>> name;
+  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_MEMBER)
+#undef RAYWAVE_MEMBER
+};
+
+class SdlViewerWindow : public ViewerWindow {
+public:
+  SdlViewerWindow(Sdl sdl, glm::ivec2 size_px) : sdl_(std::move(sdl)) {
+    sdl_.SDL_SetMainReady();
+    sdl_.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
+    sdl_.SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "1");
+    const bool has_begun = sdl_.SDL_InitSubSystem(SDL_INIT_VIDEO) == 0;
+    const std::string driver(has_begun ? sdl_.SDL_GetCurrentVideoDriver() : "");
+    if (!has_begun || driver == "dummy" || driver == "offscreen")
+      throw DeviceError("no window can be opened: " +
+                        std::string(has_begun ? "there is no desktop" : sdl_.SDL_GetError()) +
+                        "; --record writes pictures without one");
+    window_ =
+        sdl_.SDL_CreateWindow("raywave view", SDL_WINDOWPOS_UNDEFINED, SDL_WINDOWPOS_UNDEFINED,
+                              size_px.x, size_px.y, SDL_WINDOW_RESIZABLE);
+    if (window_) renderer_ = sdl_.SDL_CreateRenderer(window_, -1, 0);
+    if (!renderer_) fail();
+  }
+  ~SdlViewerWindow() override {
+    if (texture_) sdl_.SDL_DestroyTexture(texture_);
+    if (renderer_) sdl_.SDL_DestroyRenderer(renderer_);
+    if (window_) sdl_.SDL_DestroyWindow(window_);
+    sdl_.SDL_QuitSubSystem(SDL_INIT_VIDEO);
+  }
+
+  std::vector<UserAction> wait(double seconds) override {
+    std::vector<UserAction> actions;
+    SDL_Event event;
+    if (sdl_.SDL_WaitEventTimeout(&event, static_cast<int>(std::ceil(1e3 * seconds))) == 0)
+      return actions;
+    do {
+      if (const auto action = action_of(event)) actions.push_back(*action);
+    } while (sdl_.SDL_PollEvent(&event) != 0);
+    return actions;
+  }
+
+  void draw(glm::ivec2 size_px, std::span<const std::uint8_t> rgb,
+            const std::string& title) override {
+    if (!texture_ || size_px != size_px_) {
+      if (texture_) sdl_.SDL_DestroyTexture(texture_);
+      texture_ = sdl_.SDL_CreateTexture(renderer_, SDL_PIXELFORMAT_RGB24,
+                                        SDL_TEXTUREACCESS_STREAMING, size_px.x, size_px.y);
+      size_px_ = size_px;
+      if (!texture_) fail();
+    }
+    if (sdl_.SDL_UpdateTexture(texture_, nullptr, rgb.data(), 3 * size_px.x) != 0) fail();
+    sdl_.SDL_SetWindowTitle(window_, title.c_str());
+    show();
+  }
+
+private:
+  [[noreturn]] void fail() { throw DeviceError(std::string("the window: ") + sdl_.SDL_GetError()); }
+
+  void show() {
+    if (!texture_) return;
+    sdl_.SDL_RenderSetLogicalSize(renderer_, size_px_.x, size_px_.y);
+    sdl_.SDL_RenderClear(renderer_);
+    if (sdl_.SDL_RenderCopy(renderer_, texture_, nullptr, nullptr) != 0) fail();
+    sdl_.SDL_RenderPresent(renderer_);
+  }
+
+  std::optional<UserAction> action_of(const SDL_Event& event) {
+    UserAction action;
+    action.is_second = (sdl_.SDL_GetModState() & KMOD_SHIFT) != 0;
+    if (event.type == SDL_QUIT) {
+      action.kind = UserAction::Kind::close;
+    } else if (event.type == SDL_KEYDOWN) {
+      action.key = sdl_.SDL_GetKeyName(event.key.keysym.sym);
+      for (char& c : action.key) c = static_cast<char>(std::tolower(static_cast<unsigned char>(c)));
+    } else if (event.type == SDL_MOUSEWHEEL) {
+      action.kind = UserAction::Kind::wheel;
+      action.by = {event.wheel.x, event.wheel.y};
+    } else if (event.type == SDL_MOUSEMOTION &&
+               (event.motion.state & (SDL_BUTTON_LMASK | SDL_BUTTON_RMASK)) != 0) {
+      glm::ivec2 window(1);
+      sdl_.SDL_GetWindowSize(window_, &window.x, &window.y);
+      action.kind = UserAction::Kind::drag;
+      action.by = glm::dvec2(event.motion.xrel, -event.motion.yrel) / static_cast<double>(window.y);
+      action.is_second |= (event.motion.state & SDL_BUTTON_RMASK) != 0;
+    } else {
+      if (event.type == SDL_WINDOWEVENT) show();
+      return {};
+    }
+    return action;
+  }
+
+  Sdl sdl_;
+  SDL_Window* window_ = nullptr;
+  SDL_Renderer* renderer_ = nullptr;
+  SDL_Texture* texture_ = nullptr;
+  glm::ivec2 size_px_{0, 0};
+};
+
+}  // namespace
+
+std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2 size_px) {
+  const LoadedLibrary library("libSDL2-2.0.so.0", "libsdl2-2.0-0");
+  Sdl sdl;
+#define RAYWAVE_FIND(name) library.find(#name, sdl.name);
+  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_FIND)
+#undef RAYWAVE_FIND
+  return std::make_unique<SdlViewerWindow>(std::move(sdl), size_px);
+}
+
+#else
+
+std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2) {
+  throw InputError(
+      "raywave was built without SDL2; install libsdl2-dev and build it again, or give --record");
+}
+
+#endif
+
+}  // namespace raywave

@@ -1,0 +1,269 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/live/live_scene.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cmath>
+#include <complex>
+#include <glm/common.hpp>
+#include <span>
+#include <utility>
+
+#include "host/encode/shown.hpp"
+#include "host/trace/device_scene.hpp"
+#include "host/view/colour_picture.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/lens.hpp"
+#include "host/view/preview.hpp"
+#include "host/view/reconstruct.hpp"
+
+namespace raywave {
+namespace {
+
+using refinement::PictureGrid;
+
+double now_s() {
+  return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
+}
+
+/// Objects that turn leave the box that they had.
+constexpr double room = 1.2;
+
+RenderOptions options_of(cl::FftBackend fft) {
+  RenderOptions options;
+  options.fft = fft;
+  options.keep_field = false;
+  return options;
+}
+
+/// Columns, or rows, of a plane that lie in each pixel of a picture around the axis; at least one.
+///
+/// place  of the plane's first, in pixels of the picture from its first edge
+/// step   from one of the plane to the next
+std::vector<std::pair<int, int>> within(int pixels, double place, double step, int count) {
+  std::vector<std::pair<int, int>> all;
+  for (int i = 0; i < pixels; ++i) {
+    const int first = static_cast<int>(std::ceil((i - place) / step)),
+              end = static_cast<int>(std::ceil((i + 1 - place) / step));
+    if (first < end)
+      all.push_back({std::clamp(first, 0, count), std::clamp(end, 0, count)});
+    else if (first > 0 && first <= count)
+      all.push_back({first - 1, first});
+    else
+      all.push_back({0, 0});
+  }
+  return all;
+}
+
+/// Adds the mean of |plane|^2 over each pixel, times `unit`.
+void add_light(std::span<const std::complex<float>> plane, const PictureGrid& grid, double unit,
+               glm::dvec2 window_m, Image& picture) {
+  const auto pixel_m = window_m / glm::dvec2(picture.width, picture.height);
+  const auto columns = within(picture.width, (grid.x_m(0) + window_m.x / 2) / pixel_m.x,
+                              grid.pixel_m.x / pixel_m.x, grid.size.x);
+  const auto rows = within(picture.height, (window_m.y / 2 - grid.y_m(0)) / pixel_m.y,
+                           grid.pixel_m.y / pixel_m.y, grid.size.y);
+  for (int y = 0; y < picture.height; ++y) {
+    const auto [top, bottom] = rows[static_cast<std::size_t>(y)];
+    for (int x = 0; x < picture.width; ++x) {
+      const auto [left, right] = columns[static_cast<std::size_t>(x)];
+      double sum = 0;
+      for (int j = top; j < bottom; ++j)
+        for (int i = left; i < right; ++i)
+          sum += std::norm(plane[static_cast<std::size_t>(j) * grid.size.x + i]);
+      const int count = (bottom - top) * (right - left);
+      if (count > 0)
+        picture.pixels[static_cast<std::size_t>(y) * picture.width + x] +=
+            static_cast<float>(unit * sum / count);
+    }
+  }
+}
+
+/// Pixels of pictures of these sides, the nearest of the original.
+Image nearest_of(std::span<const std::uint8_t> levels, glm::ivec2 from, glm::ivec2 to) {
+  Image image{to.x, to.y, std::vector<float>(static_cast<std::size_t>(to.x) * to.y)};
+  for (int y = 0; y < to.y; ++y)
+    for (int x = 0; x < to.x; ++x)
+      image.pixels[static_cast<std::size_t>(y) * to.x + x] =
+          levels[static_cast<std::size_t>(y * from.y / to.y) * from.x + x * from.x / to.x] / 255.0F;
+  return image;
+}
+
+}  // namespace
+
+LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes,
+                     World world, int longest)
+    : device_(device),
+      world_(world),
+      renderer_(device, scenes, std::move(world), options_of(fft)),
+      lasers_(scenes.size()),
+      levels_(device),
+      light_(device, fft) {
+  for (const auto& object : scenes[0].objects)
+    poses_.push_back({object.position_m, object.rotation_deg});
+  shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
+  const auto spec =
+      preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
+  middle_m_ = spec.z_m;
+  window_m_ = room * spec.window_m.value();
+  size_px_ =
+      glm::max(glm::ivec2(glm::round(longest * window_m_ / std::max(window_m_.x, window_m_.y))), 1);
+}
+
+Viewing LiveScene::start() const {
+  Viewing viewing;
+  viewing.poses = poses_;
+  viewing.focus_m = middle_m_;
+  return viewing;
+}
+
+double LiveScene::depth_m() const {
+  const auto& extent = shown_.lasers[0].plan.extent;
+  return std::max(extent.far_m - extent.near_m, std::abs(middle_m_) / 100);
+}
+
+void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
+  const auto before = poses_;
+  try {
+    for (std::size_t i = 0; i < poses.size(); ++i) {
+      if (poses[i] == poses_[i]) continue;
+      renderer_.set_solid_pose(i, poses[i].position_m, poses[i].rotation_deg);
+      poses_[i] = poses[i];
+    }
+    std::vector<Scene> scenes;
+    for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_.scene(i));
+    shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
+  } catch (const InputError&) {
+    for (std::size_t i = 0; i < poses.size(); ++i)
+      if (!(before[i] == poses_[i]))
+        renderer_.set_solid_pose(i, before[i].position_m, before[i].rotation_deg);
+    poses_ = before;
+    throw;
+  }
+}
+
+Image LiveScene::picture_of(const RenderResult& laser, const Viewing& viewing) {
+  const auto field = shown_field(*laser.panel, laser.levels);
+  const auto& plan = laser.plan;
+  const bool is_before = viewing.focus_m < 0;
+  levels_.resize({field.nx, field.ny}, field.frames);
+  levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
+    const auto width = static_cast<std::size_t>(field.nx);
+    for (std::size_t row = 0; row < field.samples.size() / width; ++row)
+      for (std::size_t x = 0; x < width; ++x) {
+        const auto sample = field.samples[row * width + x];
+        rows[row * static_cast<std::size_t>(levels_.pitch()) + x] =
+            is_before ? std::conj(sample) : sample;
+      }
+  });
+
+  const auto& viewer = renderer_.scene().viewer;
+  refinement::Optics optics{.size = plan.hologram.size,
+                            .pitch_m = plan.hologram.pitch_m,
+                            .wavelength_m = plan.hologram.wavelength_m,
+                            .blur_m = eye_blur_m(viewer, viewing.focus_m)};
+  refinement::Key key{.z_m = std::abs(viewing.focus_m),
+                      .view = viewing.eye,
+                      .aperture = glm::dvec2(viewing.part),
+                      .picture = Image{size_px_.x, size_px_.y, {}},
+                      .pixel_m = window_m_ / glm::dvec2(size_px_)};
+  if (viewer.eyepiece_m) {
+    key.pupil = pupils_of(viewer).front();
+    optics.pupil_plane = refinement::pupil_plane_size(optics, {&key, 1});
+  }
+  const auto propagation = key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
+                                           optics.blur_m, key.z_m, window_m_);
+  light_.fit(optics, {refinement::picture_grid(optics, key, propagation)});
+  Image picture{size_px_.x, size_px_.y,
+                std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
+  // Intensity over that on the hologram, mean of the frames, as reconstruct has it
+  const auto& grid = light_.grid(0);
+  const auto areas = optics.pitch_m / grid.pixel_m;
+  const double unit = std::pow(light_.unitary(0), 2) * areas.x * areas.y / field.frames;
+  for (int frame = 0; frame < field.frames; ++frame) {
+    if (key.pupil) light_.enter_pupil(levels_, frame);
+    light_.show(levels_, frame, 0);
+    light_.plane(0).on_host([&](std::span<const std::complex<float>> plane) {
+      add_light(plane, grid, unit, window_m_, picture);
+    });
+  }
+  return blurred(picture, std::min(optics.blur_m / key.pixel_m.x, most_blur_px));
+}
+
+std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {
+  const auto& plan = shown_.lasers[0].plan;
+  move_objects(renderer_.scene(), world_);
+  DeviceScene arrays(device_, world_, plan, false);
+  LensSpec what{.z_m = viewing.focus_m,
+                .window_m = window_m_,
+                .view = viewing.eye,
+                .aperture = glm::dvec2(viewing.part),
+                .points = 8,
+                .pixel_m = window_m_ / glm::dvec2(size_px_)};
+  if (const auto& viewer = renderer_.scene().viewer; viewer.eyepiece_m) {
+    what.pupil = pupils_of(viewer).front();
+    what.view = {0, 0};
+    what.aperture = {1, 1};
+  }
+  std::vector<Image> light;
+  for (const auto& laser : shown_.lasers) {
+    if (lasers_ > 1) arrays.show(laser.plan);
+    light.push_back(lens_picture(device_, laser.plan, arrays, what));
+  }
+  return in_colours(std::move(light));
+}
+
+std::vector<Image> LiveScene::in_colours(std::vector<Image> light) const {
+  if (lasers_ == 1) return light;
+  const auto colours = picture_of_lasers(renderer_.scene().colour->lasers, light).channels;
+  return {colours.begin(), colours.end()};
+}
+
+LivePicture LiveScene::look(const Viewing& viewing) {
+  LivePicture result;
+  double start_s = now_s();
+  if (viewing.poses != poses_) {
+    move(viewing.poses);
+    result.hologram_s = now_s() - start_s;
+  }
+  start_s = now_s();
+  std::vector<std::vector<Image>> pictures;
+  if (viewing.hologram) {
+    const auto& first = shown_.lasers[0];
+    pictures.push_back({nearest_of(first.levels[0], first.plan.hologram.size, size_px_)});
+  }
+  std::vector<Image> light;
+  for (std::size_t i = 0; i < lasers_; ++i) {
+    light.push_back(picture_of(shown_.lasers[i], viewing));
+    if (lasers_ > 1) {
+      const auto& white = renderer_.scene().colour->lasers.white_powers;
+      for (auto& pixel : light[i].pixels)
+        pixel = static_cast<float>(double{pixel} * shown_.powers[i] / white[i]);
+    }
+  }
+  pictures.push_back(in_colours(std::move(light)));
+  if (viewing.lens) pictures.push_back(seen_by_lens(viewing));
+
+  const auto count = static_cast<int>(pictures.size());
+  result.size_px = {count * size_px_.x, size_px_.y};
+  result.rgb.resize(3 * static_cast<std::size_t>(result.size_px.x) * result.size_px.y);
+  for (int number = 0; number < count; ++number) {
+    auto& channels = pictures[static_cast<std::size_t>(number)];
+    const bool is_levels = viewing.hologram && number == 0;
+    for (auto& one : channels) one = in_frame(std::move(one), Frame::eye);
+    const auto bytes =
+        expose_to(channels, is_levels ? 1 : white_of(channels, 99.5) * std::exp2(-viewing.stops));
+    const std::size_t each = channels.size();
+    for (int y = 0; y < size_px_.y; ++y)
+      for (int x = 0; x < size_px_.x; ++x)
+        for (std::size_t c = 0; c < 3; ++c)
+          result
+              .rgb[3 * (static_cast<std::size_t>(y) * result.size_px.x + number * size_px_.x + x) +
+                   c] =
+              bytes[each * (static_cast<std::size_t>(y) * size_px_.x + x) + (each == 3 ? c : 0)];
+  }
+  result.picture_s = now_s() - start_s;
+  return result;
+}
+
+}  // namespace raywave

@@ -1,0 +1,88 @@
+// SPDX-License-Identifier: Apache-2.0
+/// A scene under the hand: its objects are turned, an eye looks at it, and pictures follow.
+#pragma once
+
+#include <cstdint>
+#include <glm/vec2.hpp>
+#include <glm/vec3.hpp>
+#include <string>
+#include <vector>
+
+#include "cl/device.hpp"
+#include "cl/fft.hpp"
+#include "host/geometry/world.hpp"
+#include "host/refine/light.hpp"
+#include "host/render.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave {
+
+/// What a person sees of a scene.
+struct Viewing {
+  struct Pose {
+    glm::dvec3 position_m{0}, rotation_deg{0};
+    bool operator==(const Pose&) const = default;
+  };
+  std::vector<Pose> poses;  // of the objects
+  double focus_m = 0.1;     // depth that is sharp
+  // The part of the hologram that is looked through: its middle in half holograms, its size in
+  // holograms. Not before an eyepiece, through which the viewer's first pupil looks
+  glm::dvec2 eye{0, 0};
+  double part = 1;
+  bool hologram = false, lens = false;  // also show levels, and what an ideal lens sees
+  double stops = 0;  // exposure, over that at which 99.5 % of the pixels are below white
+};
+
+/// Pictures of one size side by side, as an eye sees them: levels, what they show, lens.
+struct LivePicture {
+  glm::ivec2 size_px{0, 0};
+  std::vector<std::uint8_t> rgb;  // sRGB, rows from the top
+  double hologram_s = 0;          // 0: nothing had moved
+  double picture_s = 0;
+};
+
+class LiveScene {
+public:
+  /// scenes   of load_scenes, which share the world
+  /// longest  pixels of the longer side of a picture
+  /// throws   InputError for the scene, DeviceError for the device
+  LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes, World world,
+            int longest = 640);
+
+  /// As the scene file has it, focused on its middle.
+  Viewing start() const;
+
+  /// Of the plans, as render has them.
+  std::vector<std::string> notes() const { return notes_of(shown_.lasers); }
+  /// Sides of pictures, in every plane.
+  glm::dvec2 window_m() const { return window_m_; }
+  /// Of the scene as it stands, at least a hundredth of its distance.
+  double depth_m() const;
+
+  /// What the hologram of the scene in these poses shows: by the propagation of refined pictures,
+  /// exact but for what blurs them (docs/refine.md#propagation), and blurred as the viewer sees it.
+  ///
+  /// throws  InputError where an object or the focus cannot be there; all stays as it was
+  LivePicture look(const Viewing& viewing);
+
+private:
+  void move(const std::vector<Viewing::Pose>& poses);
+  /// Light in the plane in focus, in pixels of the picture.
+  Image picture_of(const RenderResult& laser, const Viewing& viewing);
+  std::vector<Image> seen_by_lens(const Viewing& viewing);
+  std::vector<Image> in_colours(std::vector<Image> light) const;
+
+  cl::Device device_;
+  World world_;
+  Renderer renderer_;
+  std::size_t lasers_;
+  std::vector<Viewing::Pose> poses_;
+  Rendered shown_;
+  refinement::PhaseStack levels_;
+  refinement::Light light_;
+  glm::ivec2 size_px_{1, 1};
+  glm::dvec2 window_m_{1, 1};
+  double middle_m_ = 0.1;
+};
+
+}  // namespace raywave
