@@ -19,11 +19,11 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/display/viewer_window.hpp"
-#include "host/evaluate/host_figures.hpp"
 #include "host/forecast/presets.hpp"
+#include "host/forecast/tuning.hpp"
 #include "host/geometry/world.hpp"
 #include "host/live/live_scene.hpp"
-#include "host/scene/document.hpp"
+#include "host/live/steps.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave::cli {
@@ -232,60 +232,17 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
   }
 }
 
-/// A step of a script.
-struct Step {
-  Viewing viewing;
-  int repeat = 1;
-};
-
-/// Reads what follows one after another, [[step]] by [[step]].
-std::vector<Step> read_steps(const std::filesystem::path& file, Viewing viewing) {
-  const auto document = parse_document(read_scene_text(file), {});
-  Section root(document, document.root, "", "");
-  std::vector<Step> steps;
-  const int last = static_cast<int>(viewing.poses.size()) - 1;
-  for (auto& section : root.sections("step")) {
-    Step step;
-    int object = 0;
-    glm::dvec3 turn(0), move(0);
-    section.read("object", [&](const Value& v) { object = v.integer(0, last); });
-    section.read("turn", [&](const Value& v) { turn = v.numbers(between(-1e6, 1e6)); });
-    section.read("move", [&](const Value& v) { move = v.lengths_m(between(-1e4, 1e4)); });
-    section.read("focus",
-                 [&](const Value& v) { viewing.focus_m = v.length_m(between(-1e4, 1e4)); });
-    section.read("eye", [&](const Value& v) {
-      viewing.eye = v.vector<glm::dvec2>(
-          "two numbers [x, y]", [](const Value& one) { return one.number(between(-1, 1)); });
-    });
-    section.read("part", [&](const Value& v) { viewing.part = v.number(between(0.01, 1)); });
-    section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
-    section.read("lens", [&](const Value& v) { viewing.lens = v.boolean(); });
-    section.read("stops", [&](const Value& v) { viewing.stops = v.number(between(-20, 20)); });
-    section.read("repeat", [&](const Value& v) { step.repeat = v.integer(1, 100000); });
-    section.finish();
-    for (int i = 0; i < step.repeat; ++i) {
-      auto& pose = viewing.poses[static_cast<std::size_t>(object)];
-      pose.rotation_deg += turn;
-      pose.position_m += move;
-      steps.push_back({viewing, 1});
-    }
-  }
-  root.finish();
-  if (steps.empty()) throw InputError(one_line(file.string()) + ": has no [[step]]");
-  return steps;
-}
-
 void record(const ViewArguments& options, LiveScene& scene) {
   const auto steps = read_steps(options.record, scene.start());
   OutputSet out(options.out);
   auto pictures = Json::array();
-  for (const auto& step : steps) {
-    const auto picture = scene.look(step.viewing);
+  for (const auto& viewing : steps) {
+    const auto picture = scene.look(viewing);
     const auto name = format("view_%05zu.png", pictures.size());
     save(out.folder() / name, picture);
     out.add(name);
     pictures.push_back({{"png", name},
-                        {"focus_m", step.viewing.focus_m},
+                        {"focus_m", viewing.focus_m},
                         {"hologram_s", picture.hologram_s},
                         {"picture_s", picture.picture_s}});
   }

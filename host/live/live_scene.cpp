@@ -20,7 +20,11 @@
 namespace raywave {
 namespace {
 
-using refinement::PictureGrid;
+/// Samples of a plane.
+struct Grid {
+  glm::ivec2 size;
+  glm::dvec2 pixel_m, middle_m{0, 0};  // right of the axis and above it
+};
 
 double now_s() {
   return std::chrono::duration<double>(std::chrono::steady_clock::now().time_since_epoch()).count();
@@ -29,10 +33,10 @@ double now_s() {
 /// Objects that turn leave the box that they had.
 constexpr double room = 1.2;
 
-RenderOptions options_of(cl::FftBackend fft) {
+RenderOptions options_of(cl::FftBackend fft, std::size_t lasers) {
   RenderOptions options;
   options.fft = fft;
-  options.keep_field = false;
+  options.keep_field = lasers > 1;  // which tell the lasers' powers
   return options;
 }
 
@@ -55,14 +59,17 @@ std::vector<std::pair<int, int>> within(int pixels, double place, double step, i
   return all;
 }
 
-/// Adds the mean of |plane|^2 over each pixel, times `unit`.
-void add_light(std::span<const std::complex<float>> plane, const PictureGrid& grid, double unit,
-               glm::dvec2 window_m, Image& picture) {
+/// Adds the mean of `value` of a plane's samples over each pixel of a picture around the axis.
+template <class Value>
+void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value& value) {
   const auto pixel_m = window_m / glm::dvec2(picture.width, picture.height);
-  const auto columns = within(picture.width, (grid.x_m(0) + window_m.x / 2) / pixel_m.x,
-                              grid.pixel_m.x / pixel_m.x, grid.size.x);
-  const auto rows = within(picture.height, (window_m.y / 2 - grid.y_m(0)) / pixel_m.y,
-                           grid.pixel_m.y / pixel_m.y, grid.size.y);
+  const auto first_m = glm::dvec2(grid.size - 1) / 2.0 * grid.pixel_m;
+  const auto columns =
+      within(picture.width, (window_m.x / 2 + grid.middle_m.x - first_m.x) / pixel_m.x,
+             grid.pixel_m.x / pixel_m.x, grid.size.x);
+  const auto rows =
+      within(picture.height, (window_m.y / 2 - grid.middle_m.y - first_m.y) / pixel_m.y,
+             grid.pixel_m.y / pixel_m.y, grid.size.y);
   for (int y = 0; y < picture.height; ++y) {
     const auto [top, bottom] = rows[static_cast<std::size_t>(y)];
     for (int x = 0; x < picture.width; ++x) {
@@ -70,11 +77,10 @@ void add_light(std::span<const std::complex<float>> plane, const PictureGrid& gr
       double sum = 0;
       for (int j = top; j < bottom; ++j)
         for (int i = left; i < right; ++i)
-          sum += std::norm(plane[static_cast<std::size_t>(j) * grid.size.x + i]);
-      const int count = (bottom - top) * (right - left);
-      if (count > 0)
+          sum += value(static_cast<std::size_t>(j) * grid.size.x + i);
+      if (const int count = (bottom - top) * (right - left); count > 0)
         picture.pixels[static_cast<std::size_t>(y) * picture.width + x] +=
-            static_cast<float>(unit * sum / count);
+            static_cast<float>(sum / count);
     }
   }
 }
@@ -94,8 +100,9 @@ Image nearest_of(std::span<const std::uint8_t> levels, glm::ivec2 from, glm::ive
 LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes,
                      World world, int longest)
     : device_(device),
+      fft_(fft),
       world_(world),
-      renderer_(device, scenes, std::move(world), options_of(fft)),
+      renderer_(device, scenes, std::move(world), options_of(fft, scenes.size())),
       lasers_(scenes.size()),
       levels_(device),
       light_(device, fft) {
@@ -106,8 +113,9 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<S
       preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
   middle_m_ = spec.z_m;
   window_m_ = room * spec.window_m.value();
-  size_px_ =
-      glm::max(glm::ivec2(glm::round(longest * window_m_ / std::max(window_m_.x, window_m_.y))), 1);
+  size_px_ = glm::max(glm::ivec2(glm::round(static_cast<double>(longest) * window_m_ /
+                                            std::max(window_m_.x, window_m_.y))),
+                      1);
 }
 
 Viewing LiveScene::start() const {
@@ -119,7 +127,7 @@ Viewing LiveScene::start() const {
 
 double LiveScene::depth_m() const {
   const auto& extent = shown_.lasers[0].plan.extent;
-  return std::max(extent.far_m - extent.near_m, std::abs(middle_m_) / 100);
+  return std::max(extent.far_m - extent.near_m, std::abs(middle_m_) / 10);
 }
 
 void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
@@ -144,7 +152,27 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
 
 Image LiveScene::picture_of(const RenderResult& laser, const Viewing& viewing) {
   const auto field = shown_field(*laser.panel, laser.levels);
-  const auto& plan = laser.plan;
+  const auto& viewer = renderer_.scene().viewer;
+  const auto pixel_m = window_m_ / glm::dvec2(size_px_);
+  const double blur_m = eye_blur_m(viewer, viewing.focus_m);
+  Image picture{size_px_.x, size_px_.y,
+                std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
+  if (viewer.eyepiece_m) {
+    const auto& hologram = laser.plan.hologram;
+    const auto seen = reconstruct(
+        device_, fft_, field, renderer_.scene().hologram,
+        {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupils_of(viewer).front()});
+    const Grid grid{{seen.width, seen.height}, hologram.pitch_m};
+    add_mean(grid, window_m_, picture, [&](std::size_t i) { return seen.pixels[i]; });
+  } else {
+    add_light(field, laser.plan, viewing, blur_m, picture);
+  }
+  return blurred(picture, std::min(blur_m / pixel_m.x, most_blur_px));
+}
+
+/// By the propagation of refined pictures.
+void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing,
+                          double blur_m, Image& picture) {
   const bool is_before = viewing.focus_m < 0;
   levels_.resize({field.nx, field.ny}, field.frames);
   levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
@@ -157,37 +185,30 @@ Image LiveScene::picture_of(const RenderResult& laser, const Viewing& viewing) {
       }
   });
 
-  const auto& viewer = renderer_.scene().viewer;
-  refinement::Optics optics{.size = plan.hologram.size,
-                            .pitch_m = plan.hologram.pitch_m,
-                            .wavelength_m = plan.hologram.wavelength_m,
-                            .blur_m = eye_blur_m(viewer, viewing.focus_m)};
-  refinement::Key key{.z_m = std::abs(viewing.focus_m),
-                      .view = viewing.eye,
-                      .aperture = glm::dvec2(viewing.part),
-                      .picture = Image{size_px_.x, size_px_.y, {}},
-                      .pixel_m = window_m_ / glm::dvec2(size_px_)};
-  if (viewer.eyepiece_m) {
-    key.pupil = pupils_of(viewer).front();
-    optics.pupil_plane = refinement::pupil_plane_size(optics, {&key, 1});
-  }
+  const refinement::Optics optics{.size = plan.hologram.size,
+                                  .pitch_m = plan.hologram.pitch_m,
+                                  .wavelength_m = plan.hologram.wavelength_m,
+                                  .blur_m = blur_m};
+  const refinement::Key key{.z_m = std::abs(viewing.focus_m),
+                            .view = viewing.eye,
+                            .aperture = glm::dvec2(viewing.part),
+                            .picture = Image{size_px_.x, size_px_.y, {}},
+                            .pixel_m = window_m_ / glm::dvec2(size_px_)};
   const auto propagation = key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
                                            optics.blur_m, key.z_m, window_m_);
   light_.fit(optics, {refinement::picture_grid(optics, key, propagation)});
-  Image picture{size_px_.x, size_px_.y,
-                std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   // Intensity over that on the hologram, mean of the frames, as reconstruct has it
-  const auto& grid = light_.grid(0);
-  const auto areas = optics.pitch_m / grid.pixel_m;
+  const auto& of = light_.grid(0);
+  const auto areas = optics.pitch_m / of.pixel_m;
   const double unit = std::pow(light_.unitary(0), 2) * areas.x * areas.y / field.frames;
+  const Grid grid{of.size, of.pixel_m, of.middle_m};
   for (int frame = 0; frame < field.frames; ++frame) {
-    if (key.pupil) light_.enter_pupil(levels_, frame);
     light_.show(levels_, frame, 0);
     light_.plane(0).on_host([&](std::span<const std::complex<float>> plane) {
-      add_light(plane, grid, unit, window_m_, picture);
+      add_mean(grid, window_m_, picture,
+               [&](std::size_t i) { return unit * double{std::norm(plane[i])}; });
     });
   }
-  return blurred(picture, std::min(optics.blur_m / key.pixel_m.x, most_blur_px));
 }
 
 std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {

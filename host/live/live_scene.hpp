@@ -56,11 +56,12 @@ public:
   std::vector<std::string> notes() const { return notes_of(shown_.lasers); }
   /// Sides of pictures, in every plane.
   glm::dvec2 window_m() const { return window_m_; }
-  /// Of the scene as it stands, at least a hundredth of its distance.
+  /// Of the scene as it stands, at least a tenth of its distance.
   double depth_m() const;
 
   /// What the hologram of the scene in these poses shows: by the propagation of refined pictures,
-  /// exact but for what blurs them (docs/refine.md#propagation), and blurred as the viewer sees it.
+  /// exact but for what blurs them (docs/refine.md#propagation), or of reconstruct through a
+  /// pupil, and blurred as the viewer sees it.
   ///
   /// throws  InputError where an object or the focus cannot be there; all stays as it was
   LivePicture look(const Viewing& viewing);
@@ -69,10 +70,13 @@ private:
   void move(const std::vector<Viewing::Pose>& poses);
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(const RenderResult& laser, const Viewing& viewing);
+  void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,
+                 Image& picture);
   std::vector<Image> seen_by_lens(const Viewing& viewing);
   std::vector<Image> in_colours(std::vector<Image> light) const;
 
   cl::Device device_;
+  cl::FftBackend fft_;
   World world_;
   Renderer renderer_;
   std::size_t lasers_;

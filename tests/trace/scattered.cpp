@@ -114,14 +114,14 @@ DEVICE_TEST("a floor beside a shining panel is lit as the sum over the panel say
     auto stage = before_floor(upright, matt(0.8), is_lamp ? matt(0.6) : glowing(upright.radiance));
     // A lamp whose light goes along the floor
     stage.scene.lights = {Light{.direction = {1, 0, 0}, .intensity = is_lamp ? 1.5 : 0}};
-    stage.scene.trace.diffuse_rays = 16;
+    stage.scene.trace.diffuse_rays = 64;
     check(compare(device, stage,
                   [](dvec3 at) {
                     return 0.8 / std::numbers::pi * over(upright, at, [](dvec3 way, double solid) {
                              return std::max(-way.z, 0.0) * solid;
                            });
                   }),
-          0.015);
+          0.02);
     stage.scene.trace.diffuse_rays = 0;
     const auto none = compare(device, stage, [](dvec3) { return 1.0; });
     CHECK(none.seen == 1);
@@ -133,7 +133,7 @@ DEVICE_TEST("what stands before a shining panel keeps its light from the floor")
   constexpr double card_x = 0.6 * mm;
   stage.add(rectangle({card_x, 1 * mm, 19.5 * mm}, {0, 1 * mm, 0}, {0, 0, 2 * mm}), dark());
   stage.scene.lights = {Light{.direction = {1, 0, 0}, .intensity = 0}};
-  stage.scene.trace.diffuse_rays = 16;
+  stage.scene.trace.diffuse_rays = 64;
   check(compare(device, stage,
                 [](dvec3 at) {
                   return 0.8 / std::numbers::pi * over(upright, at, [&](dvec3 way, double solid) {
@@ -155,7 +155,7 @@ DEVICE_TEST("a rough mirror shows a panel as the sum over its lobe says") {
     mirror.shininess = s;
     auto stage = before_floor(panel, mirror, glowing(panel.radiance));
     stage.scene.lights = {Light{.direction = {1, 0, 0}, .intensity = 0}};
-    stage.scene.trace.gloss_rays = 16;
+    stage.scene.trace.gloss_rays = 64;
     check(compare(device, stage,
                   [&](dvec3 at) {
                     const auto mirrored = glm::normalize(dvec3(at.x, at.y, -at.z));
@@ -164,6 +164,6 @@ DEVICE_TEST("a rough mirror shows a panel as the sum over its lobe says") {
                              return std::pow(std::max(glm::dot(way, mirrored), 0.0), s) * solid;
                            });
                   }),
-          0.03);
+          0.035);
   }
 }

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/live/steps.hpp"
+
+#include <cstddef>
+
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/scene/document.hpp"
+
+namespace raywave {
+
+std::vector<Viewing> read_steps(const std::filesystem::path& file, const Viewing& start) {
+  const auto document = parse_document(read_scene_text(file), {});
+  Section root(document, document.root, "", "");
+  auto viewing = start;
+  std::vector<Viewing> steps;
+  const int last = static_cast<int>(viewing.poses.size()) - 1;
+  for (auto& section : root.sections("step")) {
+    int object = 0, repeat = 1;
+    glm::dvec3 turn(0), move(0);
+    section.read("object", [&](const Value& v) { object = v.integer(0, last); });
+    section.read("turn", [&](const Value& v) { turn = v.numbers(between(-1e6, 1e6)); });
+    section.read("move", [&](const Value& v) { move = v.lengths_m(between(-1e4, 1e4)); });
+    section.read("focus",
+                 [&](const Value& v) { viewing.focus_m = v.length_m(between(-1e4, 1e4)); });
+    section.read("eye", [&](const Value& v) {
+      viewing.eye = v.vector<glm::dvec2>(
+          "two numbers [x, y]", [](const Value& one) { return one.number(between(-1, 1)); });
+    });
+    section.read("part", [&](const Value& v) { viewing.part = v.number(between(0.01, 1)); });
+    section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
+    section.read("lens", [&](const Value& v) { viewing.lens = v.boolean(); });
+    section.read("stops", [&](const Value& v) { viewing.stops = v.number(between(-20, 20)); });
+    section.read("repeat", [&](const Value& v) { repeat = v.integer(1, 100000); });
+    section.finish();
+    for (int i = 0; i < repeat; ++i) {
+      auto& pose = viewing.poses[static_cast<std::size_t>(object)];
+      pose.rotation_deg += turn;
+      pose.position_m += move;
+      steps.push_back(viewing);
+    }
+  }
+  root.finish();
+  if (steps.empty()) throw InputError(one_line(file.string()) + ": has no [[step]]");
+  return steps;
+}
+
+}  // namespace raywave

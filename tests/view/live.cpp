@@ -1,0 +1,155 @@
+// SPDX-License-Identifier: Apache-2.0
+// Scenes under the hand, against renders of scenes that stand so, and reconstruct.
+#include "host/encode/shown.hpp"
+#include "host/live/live_scene.hpp"
+#include "host/live/steps.hpp"
+#include "host/view/colour_picture.hpp"
+#include "host/view/compare.hpp"
+#include "host/view/reconstruct.hpp"
+#include "tests/support/devices.hpp"
+#include "tests/support/scenes.hpp"
+
+namespace raywave {
+namespace {
+
+using namespace test;
+
+const std::filesystem::path study_file = std::filesystem::path(RAYWAVE_DATA_DIR) / "study.toml";
+
+std::vector<Scene> scenes_of(std::vector<std::string> set = {}) {
+  set.insert(set.begin(), {"sampling.frames=1", "sampling.pitch=20 um"});
+  return load_scenes(study_file, set);
+}
+
+LiveScene live(const cl::Device& device, const std::vector<Scene>& scenes) {
+  return {device, cl::default_backend(device.info()), scenes, build_world(scenes[0]), 48};
+}
+
+/// A picture with larger pixels around its middle: means of what lies within them.
+Image coarser(const Image& from, glm::dvec2 from_m, glm::ivec2 size, glm::dvec2 sides_m) {
+  Image to{size.x, size.y, std::vector<float>(static_cast<std::size_t>(size.x) * size.y)};
+  std::vector<int> count(to.pixels.size());
+  for (int y = 0; y < from.height; ++y)
+    for (int x = 0; x < from.width; ++x) {
+      const glm::dvec2 at =
+          (glm::dvec2(x, y) + 0.5 - glm::dvec2(from.width, from.height) / 2.0) * from_m / sides_m +
+          0.5;
+      const glm::ivec2 pixel(glm::floor(at * glm::dvec2(size)));
+      if (pixel.x < 0 || pixel.y < 0 || pixel.x >= size.x || pixel.y >= size.y) continue;
+      const auto i = static_cast<std::size_t>(pixel.y) * size.x + pixel.x;
+      to.pixels[i] += from.pixels[static_cast<std::size_t>(y) * from.width + x];
+      ++count[i];
+    }
+  for (std::size_t i = 0; i < count.size(); ++i)
+    to.pixels[i] /= static_cast<float>(std::max(count[i], 1));
+  return to;
+}
+
+double mean_difference(const std::vector<std::uint8_t>& a, const std::vector<std::uint8_t>& b) {
+  REQUIRE(a.size() == b.size());
+  double sum = 0;
+  for (std::size_t i = 0; i < a.size(); ++i) sum += std::abs(a[i] - b[i]);
+  return sum / static_cast<double>(a.size());
+}
+
+}  // namespace
+
+DEVICE_TEST("a live picture is that of reconstruct, in focus and out of it, of all and of a part") {
+  for (const auto& wavelengths :
+       {std::string(), std::string("hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]")}) {
+    const auto scenes = wavelengths.empty() ? scenes_of() : scenes_of({wavelengths});
+    auto scene = live(device, scenes);
+    const auto rendered = render(device, scenes, build_world(scenes[0]));
+    for (const auto& [focus_m, eye, part] :
+         {std::tuple(18.55 * mm, glm::dvec2(0), 1.0), {22 * mm, {0.5, -0.4}, 0.5}}) {
+      auto viewing = scene.start();
+      viewing.focus_m = focus_m;
+      viewing.eye = eye;
+      viewing.part = part;
+      const auto picture = scene.look(viewing);
+      const auto sides_m = scene.window_m();
+      std::vector<Image> light;
+      for (std::size_t i = 0; i < scenes.size(); ++i) {
+        const auto& laser = rendered.lasers[i];
+        const auto& hologram = scenes[i].hologram;
+        const auto seen = reconstruct(device, cl::default_backend(device.info()),
+                                      shown_field(*laser.panel, laser.levels), hologram,
+                                      {.z_m = focus_m,
+                                       .window_m = sides_m + 4.0 * hologram.pitch_m,
+                                       .view = eye,
+                                       .aperture = glm::dvec2(part)});
+        light.push_back(
+            blurred(coarser(seen, hologram.pitch_m, picture.size_px, sides_m),
+                    eye_blur_m(scenes[i].viewer, focus_m) * picture.size_px.x / sides_m.x));
+        if (scenes.size() > 1)
+          for (auto& pixel : light[i].pixels)
+            pixel *=
+                static_cast<float>(rendered.powers[i] / scenes[0].colour->lasers.white_powers[i]);
+      }
+      std::vector<Image> channels = light;
+      if (scenes.size() > 1) {
+        const auto colours = picture_of_lasers(scenes[0].colour->lasers, light).channels;
+        channels = {colours.begin(), colours.end()};
+      }
+      for (auto& one : channels) one = in_frame(one, Frame::eye);
+      const auto bytes = expose_to(channels, white_of(channels, 99.5));
+      std::vector<std::uint8_t> expected;
+      for (std::size_t i = 0; i < bytes.size(); ++i)
+        expected.insert(expected.end(), channels.size() == 1 ? 3 : 1, bytes[i]);
+      CAPTURE(focus_m, part, scenes.size());
+      CHECK(mean_difference(picture.rgb, expected) < 3);
+      CHECK(*std::max_element(picture.rgb.begin(), picture.rgb.end()) == 255);
+    }
+  }
+}
+
+DEVICE_TEST("a scene that was turned and turned back looks as at first, and in between otherwise") {
+  const auto scenes = scenes_of();
+  auto scene = live(device, scenes);
+  auto viewing = scene.start();
+  viewing.hologram = true;
+  const auto first = scene.look(viewing);
+  CHECK(first.hologram_s == 0);
+  viewing.poses[0].rotation_deg.y += 30;
+  viewing.poses[0].position_m.x += 0.1 * mm;
+  const auto turned = scene.look(viewing);
+  CHECK(turned.hologram_s > 0);
+  CHECK(turned.size_px == first.size_px);
+  CHECK(mean_difference(turned.rgb, first.rgb) > 10);
+  // A place that cannot be is refused, and leaves all as it was
+  auto wrong = viewing;
+  wrong.poses[0].position_m.z = 1e9;
+  CHECK_THROWS_AS(scene.look(wrong), InputError);
+  CHECK(scene.look(viewing).rgb == turned.rgb);
+  const auto back = scene.start().poses == viewing.poses;
+  CHECK(back);  // it starts from where it is
+  viewing.poses[0].rotation_deg.y -= 30;
+  viewing.poses[0].position_m.x -= 0.1 * mm;
+  CHECK(mean_difference(scene.look(viewing).rgb, first.rgb) < 1);
+}
+
+TEST_CASE("a script's steps follow each other, and what is wrong in one has its line") {
+  const Folder folder;
+  const auto read = [&](const std::string& text) {
+    Viewing start;
+    start.poses.resize(2);
+    return read_steps(folder.write("steps.toml", text), start);
+  };
+  const auto steps = read(
+      "[[step]]\nfocus = \"95 mm\"\n[[step]]\nobject = 1\nturn = [0, 10, 0]\nrepeat = 3\n"
+      "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [0.5, 0]\nlens = true\n");
+  REQUIRE(steps.size() == 5);
+  CHECK(steps[0].focus_m == 0.095);
+  CHECK(steps[3].poses[1].rotation_deg.y == 30);
+  CHECK(steps[4].poses[1].rotation_deg.y == 30);
+  CHECK(steps[4].poses[0].position_m.x == 1 * mm);
+  CHECK(steps[4].lens);
+  CHECK_FALSE(steps[3].lens);
+  CHECK_SAYS(input_error_of([&] { read("[[step]]\nobject = 2\n"); }),
+             "steps.toml:2: step 0: object", "0 to 1");
+  CHECK_SAYS(input_error_of([&] { read("[[step]]\n[[step]]\ntrun = [0, 1, 0]\n"); }),
+             "steps.toml:3", "did you mean \"turn\"");
+  CHECK_SAYS(input_error_of([&] { read(""); }), "has no [[step]]");
+}
+
+}  // namespace raywave
