@@ -40,11 +40,6 @@ fs::path folder_of(const std::string& named, const std::vector<fs::path>& usual)
   return usual.back();
 }
 
-fs::path program_folder() {
-  std::error_code ignored;
-  return fs::read_symlink("/proc/self/exe", ignored).parent_path();
-}
-
 BenchSuite suite_of(const BenchArguments& options, const cl::DeviceInfo& device) {
   if (!options.scene.file.empty()) {
     if (!options.suite.empty()) throw InputError("--suite and a scene: give one of them");

@@ -352,6 +352,11 @@ void ViewOptions::check_percentile() const {
     throw InputError("--percentile: must be > 0 and <= 100");
 }
 
+std::filesystem::path program_folder() {
+  std::error_code ignored;
+  return std::filesystem::read_symlink("/proc/self/exe", ignored).parent_path();
+}
+
 const char* seen_by(Frame frame) {
   return frame == Frame::eye      ? "by an eye"
          : frame == Frame::sensor ? "by a bare sensor"

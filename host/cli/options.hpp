@@ -7,6 +7,7 @@
 #pragma once
 
 #include <CLI/CLI.hpp>
+#include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
 #include <optional>
@@ -168,6 +169,9 @@ struct ViewOptions {
 /// window_m  that was asked for
 void note_cut(const ReportOptions& report, const Image& picture,
               const std::optional<glm::dvec2>& window_m);
+
+/// Of the program that runs; here, where the system does not tell it.
+std::filesystem::path program_folder();
 
 /// "by an eye" and so on: from where a picture is seen.
 const char* seen_by(Frame frame);

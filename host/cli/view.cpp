@@ -152,6 +152,7 @@ public:
     changed_.notify_one();
   }
   struct Made {
+    Viewing viewing;
     LivePicture picture;
     std::string error;  // in place of a picture
   };
@@ -165,16 +166,15 @@ public:
 private:
   void run() try {
     for (;;) {
-      Viewing viewing;
+      Made made;
       {
         std::unique_lock lock(mutex_);
         changed_.wait(lock, [&] { return ends_ || wanted_; });
         if (ends_) return;
-        viewing = *std::exchange(wanted_, {});
+        made.viewing = *std::exchange(wanted_, {});
       }
-      Made made;
       try {
-        made.picture = scene_.look(viewing);
+        made.picture = scene_.look(made.viewing);
       } catch (const InputError& error) {
         made.error = error.what();
       }
@@ -214,7 +214,7 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
     if (auto made = worker.take()) {
       if (made->error.empty()) {
         picture = std::move(made->picture);
-        seen = hand.viewing;
+        seen = std::move(made->viewing);
       } else {
         hand.viewing = seen;
         worker.want(seen);
@@ -251,7 +251,16 @@ void record(const ViewArguments& options, LiveScene& scene) {
   options.report.write(text);
 }
 
-void run_view(const ViewArguments& options) {
+/// The teapot, beside the build or here.
+std::string demo_scene() {
+  for (const auto& folder : {program_folder() / ".." / "data", std::filesystem::path("data")})
+    if (const auto file = folder / "teapot.toml"; std::filesystem::exists(file))
+      return file.lexically_normal().string();
+  throw InputError("view: give a scene; the demo scene data/teapot.toml is not here");
+}
+
+void run_view(ViewArguments options) {
+  if (options.scene.file.empty()) options.scene.file = demo_scene();
   if (!options.record.empty() && options.out.empty())
     throw InputError("--record needs -o, the folder of its pictures");
   auto scenes = options.scene.load_all(options.report);
@@ -277,7 +286,7 @@ void add_view(CLI::App& app) {
                               "Turn a scene in a window, and see what its hologram shows",
                               "build/raywave view data/teapot.toml --preset draft");
   auto options = std::make_shared<ViewArguments>();
-  options->scene.add_to(*command)->required();
+  options->scene.add_to(*command, "Scene file (TOML); the teapot when not given");
   options->goal.add_to(*command);
   options->device.add_to(*command);
   option(*command, "--record", options->record, "FILE", group::pictures,

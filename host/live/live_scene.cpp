@@ -9,6 +9,7 @@
 #include <span>
 #include <utility>
 
+#include "host/common/error.hpp"
 #include "host/encode/shown.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/colour_picture.hpp"
@@ -150,7 +151,10 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
   }
 }
 
-Image LiveScene::picture_of(const RenderResult& laser, const Viewing& viewing) {
+Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
+  if (viewing.focus_m == 0)
+    throw InputError("focus 0: the SLM's own plane has no picture; focus before or beyond it");
+  const auto& laser = shown_.lasers[number];
   const auto field = shown_field(*laser.panel, laser.levels);
   const auto& viewer = renderer_.scene().viewer;
   const auto pixel_m = window_m_ / glm::dvec2(size_px_);
@@ -158,9 +162,9 @@ Image LiveScene::picture_of(const RenderResult& laser, const Viewing& viewing) {
   Image picture{size_px_.x, size_px_.y,
                 std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   if (viewer.eyepiece_m) {
-    const auto& hologram = laser.plan.hologram;
+    const auto& hologram = renderer_.scene(number).hologram;
     const auto seen = reconstruct(
-        device_, fft_, field, renderer_.scene().hologram,
+        device_, fft_, field, hologram,
         {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupils_of(viewer).front()});
     const Grid grid{{seen.width, seen.height}, hologram.pitch_m};
     add_mean(grid, window_m_, picture, [&](std::size_t i) { return seen.pixels[i]; });
@@ -255,7 +259,7 @@ LivePicture LiveScene::look(const Viewing& viewing) {
   }
   std::vector<Image> light;
   for (std::size_t i = 0; i < lasers_; ++i) {
-    light.push_back(picture_of(shown_.lasers[i], viewing));
+    light.push_back(picture_of(i, viewing));
     if (lasers_ > 1) {
       const auto& white = renderer_.scene().colour->lasers.white_powers;
       for (auto& pixel : light[i].pixels)
@@ -271,7 +275,8 @@ LivePicture LiveScene::look(const Viewing& viewing) {
   for (int number = 0; number < count; ++number) {
     auto& channels = pictures[static_cast<std::size_t>(number)];
     const bool is_levels = viewing.hologram && number == 0;
-    for (auto& one : channels) one = in_frame(std::move(one), Frame::eye);
+    if (!is_levels)
+      for (auto& one : channels) one = in_frame(std::move(one), Frame::eye);
     const auto bytes =
         expose_to(channels, is_levels ? 1 : white_of(channels, 99.5) * std::exp2(-viewing.stops));
     const std::size_t each = channels.size();

@@ -33,7 +33,7 @@ struct Viewing {
   double stops = 0;  // exposure, over that at which 99.5 % of the pixels are below white
 };
 
-/// Pictures of one size side by side, as an eye sees them: levels, what they show, lens.
+/// Pictures of one size side by side: levels; as an eye sees them, what they show, and a lens.
 struct LivePicture {
   glm::ivec2 size_px{0, 0};
   std::vector<std::uint8_t> rgb;  // sRGB, rows from the top
@@ -69,7 +69,7 @@ public:
 private:
   void move(const std::vector<Viewing::Pose>& poses);
   /// Light in the plane in focus, in pixels of the picture.
-  Image picture_of(const RenderResult& laser, const Viewing& viewing);
+  Image picture_of(std::size_t number, const Viewing& viewing);
   void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,
                  Image& picture);
   std::vector<Image> seen_by_lens(const Viewing& viewing);

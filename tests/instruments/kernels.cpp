@@ -110,6 +110,7 @@ void render_all_methods(const cl::Device& device, const Folder& folder) {
   check_render(device, scene, Method::points);
   auto compact = scene;
   compact.wrp.propagation = WrpPropagation::compact;
+  compact.trace.diffuse_rays = compact.trace.gloss_rays = 1;
   check_render(device, compact);
 
   // Plane-wave samples, and samples in front of the planes
