@@ -25,6 +25,7 @@
 #include "host/live/live_scene.hpp"
 #include "host/live/steps.hpp"
 #include "host/scene/image.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave::cli {
 namespace {
@@ -58,7 +59,7 @@ public:
       // To the right, as an eye sees it, is -x
       pose.position_m += height_m_ * glm::dvec3(-action.by.x, action.by.y, 0);
     } else if (action.kind == UserAction::Kind::drag) {
-      pose.rotation_deg += 180.0 * glm::dvec3(action.by.y, action.by.x, 0);
+      pose.turn(180.0 * glm::dvec3(action.by.y, action.by.x, 0));
     } else if (action.kind == UserAction::Kind::wheel) {
       (action.is_second ? pose.position_m.z : viewing.focus_m) += action.by.y * depth_m_ / 20;
     } else {
@@ -87,11 +88,16 @@ private:
       viewing.lens = !viewing.lens;
     else if (key == "0")
       viewing = start_;
-    else if (key == "left" || key == "right")
-      eye.x += key == "left" ? step : -step;  // as the eye moves
-    else if (key == "up" || key == "down")
-      eye.y += key == "up" ? step : -step;
-    else if (key == "[" || key == "]")
+    else if (const glm::dvec2 way(key == "left"    ? step
+                                  : key == "right" ? -step
+                                                   : 0,
+                                  key == "up"     ? step
+                                  : key == "down" ? -step
+                                                  : 0);
+             way != glm::dvec2(0)) {
+      viewing.part = std::min(viewing.part, 0.5);  // an eye does not see through all of it
+      eye += way;
+    } else if (key == "[" || key == "]")
       viewing.part = std::clamp(viewing.part * (key == "[" ? 0.8 : 1.25), 0.05, 1.0);
     else if (key == "-" || key == "=")
       viewing.stops += key == "-" ? -0.5 : 0.5;
@@ -108,10 +114,13 @@ private:
 
 std::string title_of(const std::string& file, const Hand& hand, const LivePicture& picture) {
   const auto& v = hand.viewing;
+  const auto eye = in_frame(v.eye, Frame::eye);
   return file + "  focus " + length_text(v.focus_m) + "  object " + std::to_string(hand.object) +
-         (v.part < 1 ? format("  part %.2g at (%.1f, %.1f)", v.part, v.eye.x, v.eye.y) : "") +
+         (v.part < 1 ? format("  part %.2g at (%.1f, %.1f)", v.part, eye.x, eye.y) : "") +
+         (v.stops != 0 ? format("  exposure %+.1f", v.stops) : "") +
          (picture.hologram_s > 0 ? format("  hologram %.0f ms", 1e3 * picture.hologram_s) : "") +
-         format("  picture %.0f ms", 1e3 * picture.picture_s);
+         format("  picture %.0f ms", 1e3 * picture.picture_s) +
+         (picture.notes.empty() ? "" : "  " + one_line(picture.notes.front()));
 }
 
 /// The keys of a scene that put its objects where they were turned to.
@@ -203,6 +212,7 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
   auto seen = hand.viewing;  // of the last picture
   const auto file = std::filesystem::path(options.scene.file).filename().string();
   window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture));
+  for (const auto& note : picture.notes) options.report.note(note);
   if (options.report.prints_text()) std::fputs(keys, stdout);
   std::fflush(stdout);
   Worker worker(scene);
@@ -241,6 +251,7 @@ void record(const ViewArguments& options, LiveScene& scene) {
     const auto name = format("view_%05zu.png", pictures.size());
     save(out.folder() / name, picture);
     out.add(name);
+    for (const auto& note : picture.notes) options.report.note(note);
     pictures.push_back({{"png", name},
                         {"focus_m", viewing.focus_m},
                         {"hologram_s", picture.hologram_s},
@@ -271,8 +282,9 @@ void run_view(ViewArguments options) {
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
   }
   LiveScene scene(device, options.device.backend(device.info()), std::move(scenes),
-                  std::move(world));
-  for (const auto& note : scene.notes()) options.report.note(note);
+                  std::move(world), [](const Scene& of, const World& where, const Plan& plan) {
+                    return render_warnings({}, of, where, plan);
+                  });
   if (options.record.empty())
     show_live(options, scene);
   else

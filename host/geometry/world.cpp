@@ -19,6 +19,14 @@
 #include "host/scene/weld.hpp"
 
 namespace raywave {
+glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
+  const auto about = [](double angle_deg, const glm::dvec3& axis) {
+    return glm::dmat3(
+        glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
+  };
+  return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
+}
+
 namespace {
 
 constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
@@ -38,14 +46,6 @@ struct Bounds {
   glm::dvec3 size() const { return max - min; }
   glm::dvec3 centre() const { return min + 0.5 * size(); }
 };
-
-glm::dmat3 rotation_xyz(const glm::dvec3& degrees) {
-  const auto about = [](double angle_deg, const glm::dvec3& axis) {
-    return glm::dmat3(
-        glm::rotate(glm::dmat4(1), glm::radians(std::remainder(angle_deg, 360.0)), axis));
-  };
-  return about(degrees.z, {0, 0, 1}) * about(degrees.y, {0, 1, 0}) * about(degrees.x, {1, 0, 0});
-}
 
 /// The box of an object's vertices after a turn, to a few roundings of its size.
 Bounds turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {

@@ -122,6 +122,9 @@ std::vector<std::string> material_notes(const Scene& scene, const World& world);
 /// A tree for rays on the host: RayTree::nearest takes the world's motions.
 RayTree ray_tree_of(const World& world);
 
+/// Turns about x, then y, then z (Object::rotation_deg).
+glm::dmat3 rotation_xyz(const glm::dvec3& degrees);
+
 /// Positions of all vertices after their objects' motions.
 std::vector<glm::dvec3> positions_now(const World& world);
 

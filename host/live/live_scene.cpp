@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
+#include <glm/trigonometric.hpp>
 #include <span>
 #include <utility>
 
@@ -98,18 +99,27 @@ Image nearest_of(std::span<const std::uint8_t> levels, glm::ivec2 from, glm::ive
 
 }  // namespace
 
+void Viewing::Pose::turn(glm::dvec3 by_deg) {
+  const auto r = rotation_xyz(by_deg) * rotation_xyz(rotation_deg);  // columns first
+  rotation_deg = glm::degrees(glm::dvec3(std::atan2(r[1][2], r[2][2]),
+                                         -std::asin(std::clamp(r[0][2], -1.0, 1.0)),
+                                         std::atan2(r[0][1], r[0][0])));
+}
+
 LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes,
-                     World world, int longest)
+                     World world, PlanNotes of_plan, int longest)
     : device_(device),
       fft_(fft),
       world_(world),
       renderer_(device, scenes, std::move(world), options_of(fft, scenes.size())),
       lasers_(scenes.size()),
       levels_(device),
-      light_(device, fft) {
+      light_(device, fft),
+      of_plan_(std::move(of_plan)) {
   for (const auto& object : scenes[0].objects)
     poses_.push_back({object.position_m, object.rotation_deg});
   shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
+  note();
   const auto spec =
       preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
   middle_m_ = spec.z_m;
@@ -117,6 +127,13 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<S
   size_px_ = glm::max(glm::ivec2(glm::round(static_cast<double>(longest) * window_m_ /
                                             std::max(window_m_.x, window_m_.y))),
                       1);
+}
+
+void LiveScene::note() {
+  for (std::size_t i = 0; i < lasers_; ++i)
+    for (auto& text : of_plan_(renderer_.scene(i), world_, shown_.lasers[i].plan))
+      shown_.lasers[i].notes.push_back(std::move(text));
+  notes_ = notes_of(shown_.lasers);
 }
 
 Viewing LiveScene::start() const {
@@ -142,6 +159,8 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
     std::vector<Scene> scenes;
     for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_.scene(i));
     shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
+    move_objects(renderer_.scene(), world_);
+    note();
   } catch (const InputError&) {
     for (std::size_t i = 0; i < poses.size(); ++i)
       if (!(before[i] == poses_[i]))
@@ -217,7 +236,6 @@ void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewi
 
 std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {
   const auto& plan = shown_.lasers[0].plan;
-  move_objects(renderer_.scene(), world_);
   DeviceScene arrays(device_, world_, plan, false);
   LensSpec what{.z_m = viewing.focus_m,
                 .window_m = window_m_,
@@ -289,6 +307,7 @@ LivePicture LiveScene::look(const Viewing& viewing) {
               bytes[each * (static_cast<std::size_t>(y) * size_px_.x + x) + (each == 3 ? c : 0)];
   }
   result.picture_s = now_s() - start_s;
+  result.notes = notes_;
   return result;
 }
 

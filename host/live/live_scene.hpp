@@ -22,6 +22,8 @@ struct Viewing {
   struct Pose {
     glm::dvec3 position_m{0}, rotation_deg{0};
     bool operator==(const Pose&) const = default;
+    /// Turns it further, about the hologram's x, then y, then z.
+    void turn(glm::dvec3 by_deg);
   };
   std::vector<Pose> poses;  // of the objects
   double focus_m = 0.1;     // depth that is sharp
@@ -39,21 +41,21 @@ struct LivePicture {
   std::vector<std::uint8_t> rgb;  // sRGB, rows from the top
   double hologram_s = 0;          // 0: nothing had moved
   double picture_s = 0;
+  std::vector<std::string> notes;  // of the plans where objects are now
 };
 
 class LiveScene {
 public:
   /// scenes   of load_scenes, which share the world
+  /// of_plan  what is to be said of a plan
   /// longest  pixels of the longer side of a picture
   /// throws   InputError for the scene, DeviceError for the device
   LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes, World world,
-            int longest = 640);
+            PlanNotes of_plan, int longest = 640);
 
   /// As the scene file has it, focused on its middle.
   Viewing start() const;
 
-  /// Of the plans, as render has them.
-  std::vector<std::string> notes() const { return notes_of(shown_.lasers); }
   /// Sides of pictures, in every plane.
   glm::dvec2 window_m() const { return window_m_; }
   /// Of the scene as it stands, at least a tenth of its distance.
@@ -68,6 +70,7 @@ public:
 
 private:
   void move(const std::vector<Viewing::Pose>& poses);
+  void note();
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
   void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,
@@ -82,8 +85,10 @@ private:
   std::size_t lasers_;
   std::vector<Viewing::Pose> poses_;
   Rendered shown_;
+  std::vector<std::string> notes_;
   refinement::PhaseStack levels_;
   refinement::Light light_;
+  PlanNotes of_plan_;
   glm::ivec2 size_px_{1, 1};
   glm::dvec2 window_m_{1, 1};
   double middle_m_ = 0.1;

@@ -6,6 +6,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/scene/document.hpp"
+#include "host/view/colour_picture.hpp"
 
 namespace raywave {
 
@@ -21,11 +22,15 @@ std::vector<Viewing> read_steps(const std::filesystem::path& file, const Viewing
     section.read("object", [&](const Value& v) { object = v.integer(0, last); });
     section.read("turn", [&](const Value& v) { turn = v.numbers(between(-1e6, 1e6)); });
     section.read("move", [&](const Value& v) { move = v.lengths_m(between(-1e4, 1e4)); });
-    section.read("focus",
-                 [&](const Value& v) { viewing.focus_m = v.length_m(between(-1e4, 1e4)); });
+    section.read("focus", [&](const Value& v) {
+      viewing.focus_m = v.length_m(between(-1e4, 1e4));
+      if (viewing.focus_m == 0) v.refuse("0 is the SLM's own plane, which has no picture");
+    });
     section.read("eye", [&](const Value& v) {
-      viewing.eye = v.vector<glm::dvec2>(
-          "two numbers [x, y]", [](const Value& one) { return one.number(between(-1, 1)); });
+      viewing.eye = in_frame(
+          v.vector<glm::dvec2>("two numbers [x, y]",
+                               [](const Value& one) { return one.number(between(-1, 1)); }),
+          Frame::eye);
     });
     section.read("part", [&](const Value& v) { viewing.part = v.number(between(0.01, 1)); });
     section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
@@ -35,7 +40,7 @@ std::vector<Viewing> read_steps(const std::filesystem::path& file, const Viewing
     section.finish();
     for (int i = 0; i < repeat; ++i) {
       auto& pose = viewing.poses[static_cast<std::size_t>(object)];
-      pose.rotation_deg += turn;
+      pose.turn(turn);
       pose.position_m += move;
       steps.push_back(viewing);
     }

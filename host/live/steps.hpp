@@ -10,8 +10,8 @@
 namespace raywave {
 
 /// What is seen after each [[step]] of a TOML file, `repeat` times each: `object` is turned by
-/// `turn` (degrees about x, y and z) and moved by `move`; `focus`, `eye`, `part`, `hologram`,
-/// `lens` and `stops` are those of Viewing from then on.
+/// `turn` (Pose::turn) and moved by `move`; `focus`, `eye` (as a viewer sees it, like --view),
+/// `part`, `hologram`, `lens` and `stops` are those of Viewing from then on.
 ///
 /// start   before the first step
 /// throws  InputError with file and line

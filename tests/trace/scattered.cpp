@@ -17,13 +17,13 @@ namespace {
 constexpr double floor_z = 20 * mm;
 
 /// A rectangle that shines, or is lit, with this radiance towards the side of its normal.
-struct Panel {
+struct GlowingPanel {
   dvec3 middle, across, up;  // from edge to edge
   double radiance;
 };
 
 /// Sum of f(direction, solid angle) over the parts of a panel, as seen from `from`.
-double over(const Panel& panel, dvec3 from, const std::function<double(dvec3, double)>& f) {
+double over(const GlowingPanel& panel, dvec3 from, const std::function<double(dvec3, double)>& f) {
   constexpr int steps = 300;
   const auto normal = glm::cross(panel.across, panel.up) / double{steps * steps};
   double sum = 0;
@@ -39,7 +39,7 @@ double over(const Panel& panel, dvec3 from, const std::function<double(dvec3, do
   return panel.radiance * sum;
 }
 
-Stage before_floor(const Panel& panel, const Material& of_floor, const Material& of_panel) {
+Stage before_floor(const GlowingPanel& panel, const Material& of_floor, const Material& of_panel) {
   Stage stage;
   stage.scene.hologram = {{64, 64}, {8e-6, 8e-6}, 638e-9};
   stage.scene.sampling.pitch_m = 25e-6;
@@ -104,7 +104,7 @@ Material glowing(double radiance) {
 
 // A panel beside the floor, upright on it.
 constexpr double beside = 0.7 * mm;
-const Panel upright{{beside, 0, 19.4 * mm}, {0, 1.6 * mm, 0}, {0, 0, 1.2 * mm}, 0.9};
+const GlowingPanel upright{{beside, 0, 19.4 * mm}, {0, 1.6 * mm, 0}, {0, 0, 1.2 * mm}, 0.9};
 
 }  // namespace
 
@@ -146,7 +146,7 @@ DEVICE_TEST("what stands before a shining panel keeps its light from the floor")
 
 DEVICE_TEST("a rough mirror shows a panel as the sum over its lobe says") {
   // Between hologram and floor, beside the rays from one to the other
-  const Panel panel{{1.2 * mm, 0, 18 * mm}, {1.4 * mm, 0, 0}, {0, 1.2 * mm, 0}, 0.9};
+  const GlowingPanel panel{{1.2 * mm, 0, 18 * mm}, {1.4 * mm, 0, 0}, {0, 1.2 * mm, 0}, 0.9};
   for (const double roughness : {0.3, 0.6}) {
     CAPTURE(roughness);
     const double s = 0.5 / std::pow(roughness, 4) - 0.5;

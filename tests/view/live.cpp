@@ -22,7 +22,12 @@ std::vector<Scene> scenes_of(std::vector<std::string> set = {}) {
 }
 
 LiveScene live(const cl::Device& device, const std::vector<Scene>& scenes) {
-  return {device, cl::default_backend(device.info()), scenes, build_world(scenes[0]), 48};
+  return {device,
+          cl::default_backend(device.info()),
+          scenes,
+          build_world(scenes[0]),
+          [](const Scene&, const World&, const Plan&) { return std::vector<std::string>(); },
+          48};
 }
 
 /// A picture with larger pixels around its middle: means of what lies within them.
@@ -128,6 +133,21 @@ DEVICE_TEST("a scene that was turned and turned back looks as at first, and in b
   CHECK(mean_difference(scene.look(viewing).rgb, first.rgb) < 1);
 }
 
+TEST_CASE("poses turn as seen: about the hologram's axes, whatever they were turned by before") {
+  for (const glm::dvec3 before : {glm::dvec3(0), {-17, 29, -8.5}, {10, 90, 40}, {200, -60, 170}}) {
+    for (const glm::dvec3 by : {glm::dvec3(0, 30, 0), {25, 0, 0}, {10, -20, 300}}) {
+      Viewing::Pose pose{.rotation_deg = before};
+      pose.turn(by);
+      const auto wanted = rotation_xyz(by) * rotation_xyz(before),
+                 got = rotation_xyz(pose.rotation_deg);
+      double worst = 0;
+      for (int column = 0; column < 3; ++column)
+        worst = std::max(worst, glm::length(wanted[column] - got[column]));
+      CHECK(worst < 1e-7);
+    }
+  }
+}
+
 TEST_CASE("a script's steps follow each other, and what is wrong in one has its line") {
   const Folder folder;
   const auto read = [&](const std::string& text) {
@@ -137,11 +157,12 @@ TEST_CASE("a script's steps follow each other, and what is wrong in one has its 
   };
   const auto steps = read(
       "[[step]]\nfocus = \"95 mm\"\n[[step]]\nobject = 1\nturn = [0, 10, 0]\nrepeat = 3\n"
-      "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [0.5, 0]\nlens = true\n");
+      "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [-0.5, 0]\nlens = true\n");
   REQUIRE(steps.size() == 5);
   CHECK(steps[0].focus_m == 0.095);
-  CHECK(steps[3].poses[1].rotation_deg.y == 30);
-  CHECK(steps[4].poses[1].rotation_deg.y == 30);
+  CHECK(steps[3].poses[1].rotation_deg.y == Approx(30));
+  CHECK(steps[4].poses[1].rotation_deg.y == Approx(30));
+  CHECK(steps[4].eye == glm::dvec2(0.5, 0));  // to the viewer's left
   CHECK(steps[4].poses[0].position_m.x == 1 * mm);
   CHECK(steps[4].lens);
   CHECK_FALSE(steps[3].lens);
