@@ -332,8 +332,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
   if (!plan.samples.aimed) {
-    const double spread = (plan.extent.far_m - plan.layers[0].distance_m) * plan.hologram.size.x *
-                          plan.hologram.pitch_m.x / plan.layers[0].distance_m;
+    const double spread = (plan.extent.far_m - plan.layers[0].distance_m) * plan.window_m().x /
+                          std::abs(plan.layers[0].distance_m);
     if (spread > 2 * p)
       warn("rays of the fan alias: they spread over " +
            length_text(std::round(spread * 1e7) / 1e7) +

@@ -144,8 +144,8 @@ struct Images {
   double rays = 0;         // that meet mirrors or glass first
   double segments = 0;     // of all paths that start with these, which end at a surface
   double lost = 0;         // and those that end nowhere
-  // Light of images that lie behind the hologram, nearer than near_m or farther than far_m, over
-  // that of all
+  // Light of images that lie on the hologram's other side, or not within near_m to far_m, over that
+  // of all
   double beyond = 0;
   // Depths within which the others lie, but for a few, and all surfaces; world z
   double near_m = 0, far_m = 0;

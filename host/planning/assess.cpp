@@ -101,13 +101,15 @@ void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
     throw InputError(one_line(scene.file.string()) + ": the scene reaches to z = " +
                      millimetres(plan.extent.near_m) + ", before the hologram: " + what);
   };
-  if (!plan.samples.aimed)
-    refuse(method == Method::rays
-               ? "--method rays sends rays from the hologram to z > 0; give \"points\""
-               : "rays of a fan go to z > 0; give sampling.mode \"aimed\"");
-  if (plan.specular.bounces > 0)
-    refuse("mirrors and glass are followed at z > 0 only; give trace.depth 0, or move the scene");
-  if (scene.refine && !scene.viewer.eyepiece_m && plan.extent.far_m >= 0)
+  const bool is_on_both_sides = plan.extent.far_m >= 0;
+  if (!plan.samples.aimed && method == Method::wrp && is_on_both_sides)
+    refuse(
+        "WRPs of fans stand before the whole scene; give sampling.mode \"aimed\", or --method "
+        "rays");
+  if (plan.has_specular_samples() && is_on_both_sides)
+    refuse(
+        "mirrors and glass are followed on one side of it; give trace.depth 0, or move the scene");
+  if (scene.refine && !scene.viewer.eyepiece_m && is_on_both_sides)
     refuse("[refine] knows pictures on one side of it, or behind an eyepiece; leave it out");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
       (scene.wrp.distances_m.front() > 0 ||

@@ -89,7 +89,9 @@ public:
         tree_(world.ray_tree ? world.ray_tree
                              : std::make_shared<const RayTree>(ray_tree_of(world))),
         bias_m_(ray_bias_m(world, plan)) {
-    reach_m_ = 2 * (plan.extent.far_m + glm::length(world.max_m - world.min_m));
+    const double size_m = glm::length(world.max_m - world.min_m);
+    reach_m_ = 2 * (plan.extent.farthest_m() + size_m);
+    if (plan.extent.near_m < 0) start_m_ = plan.extent.near_m - 0.01 * size_m;
   }
 
   /// Adds what a ray with these tangents leads to.
@@ -122,7 +124,8 @@ private:
   }
 
   PathRay start(glm::dvec2 place_m, glm::dvec2 tangents) const {
-    return {{place_m, 0}, glm::normalize(glm::dvec3(tangents, 1)), 1, 0};
+    return {
+        {place_m + start_m_ * tangents, start_m_}, glm::normalize(glm::dvec3(tangents, 1)), 1, 0};
   }
 
   std::optional<RayHit> meet(const PathRay& ray) const {
@@ -169,12 +172,12 @@ private:
     if (turns_.empty()) {
       if (!(specular > 0)) return;
       ++images.rays;
-      front_m_ = hit->t * ray.direction.z;
+      front_m_ = ray.origin.z + hit->t * ray.direction.z;
     } else if (specular < 1) {
       const double share = ray.share * (1 - specular);
       auto bend = bend_of(Aim(ray, hit->t), tangents);
       const int surfaces = static_cast<int>(turns_.size());
-      if (bend && bend->rate > 0)
+      if (bend && bend->rate * plan_.extent.near_m > 0)
         images.all.push_back(
             {ray_, glm::normalize(glm::dvec3(tangents, 1)) / bend->rate, share, surfaces});
       else
@@ -216,7 +219,7 @@ private:
   double spread_of(const Aim& aim, glm::dvec2 tangents, const glm::dmat2& by_tangents,
                    const glm::dmat2& turn, double tangent_step) const {
     const double determinant = glm::determinant(by_tangents),
-                 cell = plan_.samples.pitch_m / plan_.extent.far_m,
+                 cell = plan_.samples.pitch_m / plan_.extent.farthest_m(),
                  cell_area = cell * cell * std::abs(determinant);
     bool is_missed = false;
     double largest = 1;
@@ -252,7 +255,7 @@ private:
   /// at 1 over its mean curvature, from behind the hologram where that is negative.
   std::optional<Bend> bend_of(const Aim& aim, glm::dvec2 tangents) const {
     const double place_step = 0.01 * std::min(plan_.window_m().x, plan_.window_m().y),
-                 tangent_step = place_step / plan_.extent.far_m;
+                 tangent_step = place_step / plan_.extent.farthest_m();
     glm::dmat2 by_place, by_tangents;
     // How far the ray misses the source when it is moved by a step, per step; at the edge of a
     // mirror by one to the other side
@@ -298,6 +301,7 @@ private:
   const Plan& plan_;
   std::shared_ptr<const RayTree> tree_;
   double bias_m_, reach_m_ = 0;
+  double start_m_ = 0;       // z where rays start: the hologram, or before a scene before it
   int ray_ = 0;              // that is being explored
   double front_m_ = 0;       // depth of the first surface that it meets
   std::vector<Turn> turns_;  // of its path
@@ -353,7 +357,7 @@ void find_folds(const std::vector<Bend>& bends, const Plan& plan, Images& images
     }
     images.folded += bend.share;
     fronts.emplace_back(bend.front_m, bend.share);
-    if (bend.rate > 0 && bend.rate * bend.front_m < 1)
+    if (bend.rate * bend.front_m > 0 && 1 / bend.rate > bend.front_m)
       depths.emplace_back(1 / bend.rate, bend.share);
   }
   if (all > 0) {
@@ -362,12 +366,14 @@ void find_folds(const std::vector<Bend>& bends, const Plan& plan, Images& images
     images.folded /= all;
   }
   // Images behind their mirror or glass pass into those of other paths there; the outlines of
-  // mirrors and glass are right where light shines from them.
+  // mirrors and glass are right where light shines from them. No image lies much nearer to the
+  // hologram than its mirror, nor much farther off
   const auto [front_m, front_light] = median(fronts);
   const auto [depth_m, light] = median(depths);
-  images.folded_m = fronts.empty()            ? images.near_m
-                    : light < front_light / 4 ? front_m
-                                              : std::min(depth_m, 2 * front_m);
+  images.folded_m = fronts.empty() ? images.near_m
+                    : light < front_light / 4
+                        ? front_m
+                        : std::min(depth_m, front_m < 0 ? front_m / 2 : 2 * front_m);
 }
 
 /// Tangents under which the hologram's centre sees objects: mirrors and glass, or all.
@@ -376,7 +382,7 @@ std::pair<glm::dvec2, glm::dvec2> tangents_of_objects(const World& world, const 
   glm::dvec2 low(std::numeric_limits<double>::infinity()), high(-low);
   const auto& lighting = plan.lighting;
   const auto add = [&](glm::dvec3 p_m) {
-    if (!(p_m.z > 0)) return;
+    if (p_m.z == 0) return;
     low = glm::min(low, glm::dvec2(p_m) / p_m.z);
     high = glm::max(high, glm::dvec2(p_m) / p_m.z);
   };
@@ -427,7 +433,7 @@ Images images_of(const World& world, const Plan& plan) {
   const auto largest = plan.hologram.largest_sine /
                        glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.hologram.largest_sine *
                                                                       plan.hologram.largest_sine));
-  const auto reach = largest + plan.window_m() / (2 * plan.extent.near_m);
+  const auto reach = largest + plan.window_m() / (2 * plan.extent.closest_m);
   const auto raster_of = [&](bool all, int along) {
     const auto [low, high] = tangents_of_objects(world, plan, all);
     return raster_between(glm::clamp(low, -reach, reach), glm::clamp(high, -reach, reach), along);

@@ -120,8 +120,8 @@ std::vector<double> middles_of_light(const World& world, const Plan& plan, int l
   std::vector<DepthWeight> images;
   for (const auto& image : plan.specular.images.all) {
     if (plan.specular.images.holds(image))
-      images.push_back(
-          {image.at_m.z, 2 * plan.specular.images.step * plan.specular.images.step * image.at_m.z});
+      images.push_back({image.at_m.z, 2 * plan.specular.images.step * plan.specular.images.step *
+                                          std::abs(image.at_m.z)});
   }
   if (all_dark && images.empty()) dark.clear();
   return middles_of_surfaces(world, layers, dark, images);
@@ -219,11 +219,12 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
     return distances;
   }
   const auto window = plan.window_m();
-  const double cone = std::max(window.x, window.y) / plan.extent.near_m;
+  const double nearest_m = std::abs(plan.extent.near_m),
+               cone = std::max(window.x, window.y) / nearest_m;
   const double across =
       std::max(samples_across_nearest * scene.sampling.pitch_m,
                pixels_across_nearest * std::max(plan.hologram.pitch_m.x, plan.hologram.pitch_m.y));
-  return {plan.extent.near_m - std::min(across / cone, plan.extent.near_m / 2)};
+  return {plan.extent.near_m - std::min(across / cone, nearest_m / 2)};
 }
 
 std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,

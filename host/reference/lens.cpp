@@ -156,6 +156,7 @@ LensPicture seen_by_lens(const Scene& scene, const World& world, const Plan& pla
   Looking looking(scene, world, plan);
   LensPicture picture;
   const auto half_m = plan.window_m() / 2.0;
+  const double start_m = plan.extent.near_m > 0 ? 0 : plan.extent.near_m - 1e-3;  // z of rays
   for (int row = 0; row < view.size.y; ++row) {
     for (int column = 0; column < view.size.x; ++column) {
       const glm::dvec3 in_focus((column - (view.size.x - 1) / 2.0) * view.pixel_m.x,
@@ -166,7 +167,8 @@ LensPicture seen_by_lens(const Scene& scene, const World& world, const Plan& pla
         for (int i = 0; i < view.points; ++i) {
           const glm::dvec3 from(half_m.x * ((2 * i + 1.0) / view.points - 1),
                                 half_m.y * (1 - (2 * j + 1.0) / view.points), 0);
-          sum += looking.radiance(from - plan.extent.origin_m, glm::normalize(in_focus - from),
+          const auto way = (in_focus - from) / view.z_m;  // along z
+          sum += looking.radiance(from + start_m * way - plan.extent.origin_m, glm::normalize(way),
                                   light_place_of(i + column, j + row), {});
         }
       }

@@ -117,12 +117,12 @@ public:
     weight *= std::exp(-hit.t * medium.attenuation_per_m);
     const double radiance = weight * (1 - metal - clear) * phong(surface, -direction);
     auto sum =
-        std::polar(std::sqrt(std::max(radiance, 0.0)) /
-                       std::max(length.spread_m,
-                                std::min(plan_.hologram.pitch_m.x, plan_.hologram.pitch_m.y) / 4),
-                   2 * std::numbers::pi *
-                       (std::remainder(length.optical_m / plan_.hologram.wavelength_m, 1) +
-                        cell_phase(surface.point)));
+        std::copysign(std::sqrt(std::max(radiance, 0.0)), length.spread_m) /
+        std::max(std::abs(length.spread_m),
+                 std::min(plan_.hologram.pitch_m.x, plan_.hologram.pitch_m.y) / 4) *
+        std::polar(1.0, 2 * std::numbers::pi *
+                            (std::remainder(length.optical_m / plan_.hologram.wavelength_m, 1) +
+                             cell_phase(surface.point)));
     if (bounces_left == 0 || (metal == 0 && clear == 0)) return sum;
 
     const Medium glass{surface.look.ior, surface.look.attenuation_per_m};
@@ -476,8 +476,13 @@ TracedField trace_fan(const Scene& scene, const World& world, const Plan& plan, 
           continue;
         const auto ray = static_cast<int>(&tangent - wrp.fan.data());
         tracing.light_place = light_place_of(ray + column, ray / 4 + row);
-        sum += tracing.gathered(pixel_m - plan.extent.origin_m, direction, 1, {}, {},
-                                plan.specular.bounces);
+        // Rays come from before the scene where it reaches to the eye's side of the plane
+        const double start_m =
+            plan.extent.near_m > 0
+                ? 0
+                : std::min(0.0, plan.extent.near_m - 1e-3 - wrp.centre_m.z) / direction.z;
+        sum += tracing.gathered(pixel_m - plan.extent.origin_m + start_m * direction, direction, 1,
+                                {start_m, start_m}, {}, plan.specular.bounces);
       }
       tracing.result.field.push_back(sum);
       tracing.result.undecided.push_back(tracing.undecided);

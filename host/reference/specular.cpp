@@ -14,8 +14,10 @@ struct Ray {
 };
 
 /// The ray after all surfaces; NaN where it misses one.
-Ray followed(const std::vector<PerfectSurface>& surfaces, glm::dvec2 place_m, glm::dvec2 tangents) {
-  Ray ray{{place_m, 0}, glm::normalize(glm::dvec3(tangents, 1))};
+Ray followed(const std::vector<PerfectSurface>& surfaces, glm::dvec2 place_m, glm::dvec2 tangents,
+             double start_m) {
+  const glm::dvec3 way(tangents, 1);
+  Ray ray{glm::dvec3(place_m, 0) + start_m * way, glm::normalize(way), start_m * glm::length(way)};
   double index = 1;
   for (const auto& s : surfaces) {
     double t = 0;
@@ -56,12 +58,13 @@ Ray followed(const std::vector<PerfectSurface>& surfaces, glm::dvec2 place_m, gl
 }  // namespace
 
 std::optional<SolvedPath> solve_path(const std::vector<PerfectSurface>& surfaces,
-                                     glm::dvec2 place_m, glm::dvec3 point_m, glm::dvec2 from) {
+                                     glm::dvec2 place_m, glm::dvec3 point_m, glm::dvec2 from,
+                                     double start_m) {
   SolvedPath path;
   path.tangents = from;
   glm::dvec3 e1, e2;
   const auto miss = [&](glm::dvec2 tangents) {
-    const auto ray = followed(surfaces, place_m, tangents);
+    const auto ray = followed(surfaces, place_m, tangents, start_m);
     const auto way = point_m - ray.origin;
     const auto off =
         way - ray.direction * glm::dot(way, path.arrival) / glm::dot(ray.direction, path.arrival);
@@ -69,7 +72,7 @@ std::optional<SolvedPath> solve_path(const std::vector<PerfectSurface>& surfaces
   };
   constexpr double step = 1e-6;
   for (int round = 0; round < 12; ++round) {
-    path.arrival = followed(surfaces, place_m, path.tangents).direction;
+    path.arrival = followed(surfaces, place_m, path.tangents, start_m).direction;
     e1 = glm::normalize(glm::cross(
         path.arrival, std::abs(path.arrival.x) < 0.6 ? glm::dvec3(1, 0, 0) : glm::dvec3(0, 1, 0)));
     e2 = glm::cross(path.arrival, e1);
@@ -85,13 +88,14 @@ std::optional<SolvedPath> solve_path(const std::vector<PerfectSurface>& surfaces
     if (round > 3 && glm::length(off) < 1e-12) break;
     path.tangents -= glm::inverse(by_tangents) * off;
   }
-  const auto ray = followed(surfaces, place_m, path.tangents);
+  const auto ray = followed(surfaces, place_m, path.tangents, start_m);
   double index = 1;
   for (const auto& s : surfaces) index = s.beyond == 0 ? index : s.beyond;
   path.optical_m = ray.optical_m + index * glm::dot(point_m - ray.origin, ray.direction);
   path.share = ray.share;
   path.arrival = ray.direction;
-  if (!(glm::length(miss(path.tangents)) < 1e-9) || !(path.optical_m > 0)) return std::nullopt;
+  if (!(glm::length(miss(path.tangents)) < 1e-9) || !(path.optical_m > start_m))
+    return std::nullopt;
   return path;
 }
 

@@ -23,7 +23,8 @@ struct PerfectSurface {
 /// The path of light from a point to a place on the hologram, followed backwards.
 struct SolvedPath {
   glm::dvec2 tangents{0};  // at the hologram, of the way back
-  double optical_m = 0;
+  double optical_m =
+      0;  // from the hologram on; negative where the light converges to a point before it
   double share = 1;       // by Fresnel's formulas; mirrors reflect all
   glm::dvec3 arrival{0};  // direction of the way back at the point, unit length
   double spread_m2 = 0;   // |d (point, across the path) / d (tangents)|
@@ -34,8 +35,10 @@ struct SolvedPath {
 /// place_m  on the hologram z = 0
 /// point_m  where the light comes from
 /// from     tangents to begin with
+/// start_m  z from which rays are followed: before the scene where that stands before the hologram
 /// Nothing where no path is found near these.
 std::optional<SolvedPath> solve_path(const std::vector<PerfectSurface>& surfaces,
-                                     glm::dvec2 place_m, glm::dvec3 point_m, glm::dvec2 from);
+                                     glm::dvec2 place_m, glm::dvec3 point_m, glm::dvec2 from,
+                                     double start_m = 0);
 
 }  // namespace raywave::reference

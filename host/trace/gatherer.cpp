@@ -283,6 +283,9 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.extent.far_m - wrp.centre_m.z) +
                      static_cast<float>(glm::length(centre)));
+  if (plan_.extent.near_m <= 0)
+    plane.ahead = std::min(
+        0.0f, static_cast<float>(plan_.extent.near_m - wrp.centre_m.z) - 0.01f * scene_.diameter_m);
   plane.seed = seed;
 
   // One work-item per packet of `lanes_` pixels of a row

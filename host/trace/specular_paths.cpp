@@ -158,8 +158,11 @@ void SpecularPaths::find_in(const Plan& plan, const DeviceScene& scene,
   make_room(device_, found.paths, room, "paths over mirrors and through glass");
   found.on_cells.write(wanted);
   const auto number = [](double value) { return static_cast<float>(value); };
-  find_.run({count}, {1}, scene.arguments(), lattice, number(plan.specular.images.near_m),
-            number(plan.specular.images.far_m), number(plan.specular.images.folded_m), fit_,
+  const auto& images = plan.specular.images;
+  const bool is_before = plan.extent.near_m < 0;
+  find_.run({count}, {1}, scene.arguments(), lattice,
+            number(is_before ? images.far_m : images.near_m),
+            number(is_before ? images.near_m : images.far_m), number(images.folded_m), fit_,
             found.on_cells, static_cast<std::int32_t>(count), found.slots, found.on_counts,
             found.samples, found.visibility_masks, found.paths);
   found.counts.resize(count);

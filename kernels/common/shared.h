@@ -347,6 +347,8 @@ typedef struct {
   float sampling_rate;               // 1 / sampling pitch p: cells of the random phase per metre
   float bias;                        // distance from the surface at which a secondary ray starts
   float reach;                       // longer than any path through the scene
+  float ahead;                       // rays start so far beyond it in z: 0, or before a scene that
+                                     // reaches to the eye's side of it (negative)
   uint seed;
 } TracePlane;
 

@@ -293,6 +293,7 @@
   MEMBER(TracePlane, sampling_rate)       \
   MEMBER(TracePlane, bias)                \
   MEMBER(TracePlane, reach)               \
+  MEMBER(TracePlane, ahead)               \
   MEMBER(TracePlane, seed)                \
   MEMBER(LensPlane, nx)                   \
   MEMBER(LensPlane, ny)                   \

@@ -7,7 +7,8 @@
 //   sqrt(radiance) / r * exp(2 pi i (r / wavelength + phase(cell)))
 // to the pixel. The random phase belongs to the cubic cell of side p that the hit lies in. A miss
 // adds nothing. Mirrors and glass are followed to RAYWAVE_BOUNCES further hits; each is a source at
-// the length of its whole optical path.
+// the length of its whole optical path. Where surfaces stand on the eye's side of the plane, rays
+// start before all of them, on the same lines, and r counts from the plane: negative on that side.
 //
 // Arrays: the scene's (kernels/scene/arrays.h); fan: fan_size tangents; field: plane.ny rows of
 // plane.nx complex samples, row 0 on top, written whole. A work-item fills RAYWAVE_LANES
@@ -54,15 +55,20 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
     const floatv slope = sqrt(1.0f + tx * tx + ty * ty);
     const intv shown = (column < plane.nx) & (fabs(tx) <= plane.sine_limit_x * slope) &
                        (fabs(ty) <= plane.sine_limit_y * slope);
-    Line line = {{pixel_x, pixel_y, plane_z}, {tangent_x, tangent_y, ds(1.0f, 0.0f)}};
+    const DoubleSingle ahead = ds((floatv)(plane.ahead), 0.0f), one = ds(1.0f, 0.0f);
+    const DoubleSingle3 pixel = {pixel_x, pixel_y, plane_z}, way = {tangent_x, tangent_y, one};
+    Line line = {ds3_along(pixel, way, ahead), way};
     Rays rays = {
-        x,    y, (floatv)(plane.z), tx, ty, (floatv)(1.0f), (floatv)(0.0f), (floatv)(plane.reach),
-        shown};
+        x + plane.ahead * tx, y + plane.ahead * ty, (floatv)(plane.z + plane.ahead), tx,   ty,
+        (floatv)(1.0f),       (floatv)(0.0f),       (floatv)(plane.reach),           shown};
     // Paths still to be followed: the ray's own, and those that mirrors and glass add
     int pending = 1;
 #if RAYWAVE_BOUNCES > 0
     Path paths[BOUNCE_PATHS];
     paths[0] = path_from(&line, shown);
+    const DoubleSingle along = ds_times(ahead, ds_sqrt(ds3_dot(way, way)));
+    paths[0].length = ds_high(along);
+    paths[0].turns = turns_reduced(ds_turns(ds_times(along, rate)));
 #endif
     while (pending > 0) {
       --pending;
@@ -95,9 +101,12 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       pending = bounce(&path, &surface, plane.bias, paths, pending);
 #else
       radiance *= 1.0f - surface.reflectivity - surface.transparency;
+      const DoubleSingle from_plane = ds_plus(ahead, distance);
       floatv length;
-      floatv turns = path_turns(ds_times(distance, tangent_x), ds_times(distance, tangent_y),
-                                distance, rate, &length);
+      floatv turns = path_turns(ds_times(from_plane, tangent_x), ds_times(from_plane, tangent_y),
+                                from_plane, rate, &length);
+      turns *= copysign((floatv)(1.0f), ds_high(from_plane));
+      length = copysign(length, ds_high(from_plane));
 #endif
 
       // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would
@@ -108,9 +117,10 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       turns = turns_reduced(turns) + phase_turns(key, plane.seed);
       floatv c, s;
       cos_sin_turns(turns, &c, &s);
-      const floatv amplitude =
-          LANES_SELECT((floatv)(0.0f),
-                       sqrt(fmax(radiance, (floatv)(0.0f))) / fmax(length, (floatv)(nearest)), hit);
+      const floatv amplitude = LANES_SELECT((floatv)(0.0f),
+                                            copysign(sqrt(fmax(radiance, (floatv)(0.0f))), length) /
+                                                fmax(fabs(length), (floatv)(nearest)),
+                                            hit);
       re += amplitude * c;
       im += amplitude * s;
     }

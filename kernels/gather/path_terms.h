@@ -9,7 +9,8 @@
 #include "kernels/samples/options.h"
 
 #if RAYWAVE_PATHS
-// Path beyond the distance from the virtual point, metres.
+// Path beyond the distance from the virtual point, metres; before the hologram, beyond that of the
+// light which converges to it.
 static inline floatv path_rest(__global const SamplePath* path, floatv x, floatv y) {
   __global const float* c = path->rest;
   const floatv y0 = ((c[12] * x + c[7]) * x + c[3]) * x + c[0],

@@ -257,7 +257,7 @@ static inline void gather_spherical_wave(__global const Light* lights, __global 
 #if RAYWAVE_PATHS
     if (p->path >= 0) {
       const floatv window_y = r.off_chief * to_window_y + plane->visibility_shift_y;
-      rest = path_rest(paths + p->path, window_x, window_y) * plane->turns_hi;
+      rest = path_rest(paths + p->path, window_x, window_y) * copysign(plane->turns_hi, p->scale_x);
       amplitude *= path_amplitude(paths + p->path, window_x, window_y);
     }
 #endif

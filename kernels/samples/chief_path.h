@@ -21,8 +21,8 @@ typedef struct {
   int hidden;
   int column;
   int row;
-  int rank;  // number of the next source
-  float nearest_image;
+  int rank;             // number of the next source
+  float nearest_image;  // these three are negative before the hologram
   float farthest_image;
   float folded_image;  // where light near caustics shines from
 } PathCell;
@@ -40,7 +40,7 @@ typedef struct {
   bool turned;     // that determinant is negative
   float turn[4];   // d (tangents) / d (place on the window), the source held: xx, xy, yx, yy
   float bend[3];   // second derivatives of the path: xx, xy, yy, 1 / m
-  float distance;  // of the virtual point along the ray
+  float distance;  // of the virtual point along the ray, from the window on
   float slope_x, slope_y;  // relative change of the area that the source turns, per metre
 } ChiefPath;
 
@@ -125,7 +125,9 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   const float rate = (chief->bend[0] * mx + 2.0f * chief->bend[1] * mxy + chief->bend[2] * my) /
                      (mx * mx + 2.0f * mxy * mxy + my * my);
   const float farthest = cell->farthest_image * q, nearest = cell->nearest_image * q;
-  chief->distance = rate * farthest > 1.0f ? fmax(1.0f / rate, nearest) : farthest;
+  chief->distance = rate * farthest > 1.0f
+                        ? copysign(fmax(fabs(1.0f / rate), fabs(nearest)), farthest)
+                        : farthest;
 
   // How the end's direction turns, and with it the area that is seen
   for (int axis = 0; axis < 2; ++axis) {

@@ -107,7 +107,7 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
   const float q =
       sqrt(1.0f + chief->tangent_x * chief->tangent_x + chief->tangent_y * chief->tangent_y);
   const float depth = chief->distance / q, image_x = chief->tangent_x * depth,
-              image_y = chief->tangent_y * depth;
+              image_y = chief->tangent_y * depth, side = copysign(1.0f, depth);
   const float cosine = fmax(-dot(chief->face, vector_first(chief->toward)), 1e-6f);
   float3 e1, e2;
   across(vector_first(chief->toward), &e1, &e2);
@@ -149,8 +149,8 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
     const floatv per_q = 1.0f / sqrt(1.0f + tangent_x * tangent_x + tangent_y * tangent_y);
     const floatv off_x = image_x - x, off_y = image_y - y,
                  far = sqrt(off_x * off_x + off_y * off_y + depth * depth);
-    LANES_STORE((off_x / far - tangent_x * per_q) * lattice->half_width, at.rest_x + first);
-    LANES_STORE((off_y / far - tangent_y * per_q) * lattice->half_height, at.rest_y + first);
+    LANES_STORE((off_x / far - side * tangent_x * per_q) * lattice->half_width, at.rest_x + first);
+    LANES_STORE((off_y / far - side * tangent_y * per_q) * lattice->half_height, at.rest_y + first);
 
     // Light per solid angle, over that of the chief path and of a point's 1 / distance
     const floatv turned = -(chief->face.x * f.direction.x + chief->face.y * f.direction.y +
@@ -173,7 +173,7 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
     const floatv wide = fmax(turned, (floatv)(0.0f)) / cosine * chief->area /
                         fmax(determinant, chief->area / MOST_BRIGHTER);
     const floatv cube = per_q * per_q * per_q * (q * q * q);
-    const floatv nearer = far / chief->distance;
+    const floatv nearer = far / fabs(chief->distance);
     // The determinant's plane lies across the chief path, not across this one
     const floatv along = vector_first(chief->toward).x * f.direction.x +
                          vector_first(chief->toward).y * f.direction.y +
@@ -194,9 +194,9 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
     // The curvature of the wavefront, less that of the point's sphere
     const float wx = lattice->half_width, wy = lattice->half_height, rate = 1.0f / chief->distance,
                 dx = chief->tangent_x / q, dy = chief->tangent_y / q;
-    path->rest[0] = 0.5f * (chief->bend[0] - rate * (1.0f - dx * dx)) * wx * wx;
-    path->rest[1] = (chief->bend[1] + rate * dx * dy) * wx * wy;
-    path->rest[2] = 0.5f * (chief->bend[2] - rate * (1.0f - dy * dy)) * wy * wy;
+    path->rest[0] = 0.5f * side * (chief->bend[0] - rate * (1.0f - dx * dx)) * wx * wx;
+    path->rest[1] = side * (chief->bend[1] + rate * dx * dy) * wx * wy;
+    path->rest[2] = 0.5f * side * (chief->bend[2] - rate * (1.0f - dy * dy)) * wy * wy;
     return PATH_MISSED;
   }
   for (int term = 0; term < PATH_TERMS; ++term) {

@@ -15,7 +15,9 @@
 //
 // All rays of a cell that meet the same sequence of surfaces are followed together, a packet of
 // RAYWAVE_LANES rays at a time. fit: path_layout.h. nearest_image, farthest_image: depths between
-// which virtual points are kept. folded_image: the depth of those near caustics. OpenCL C 1.2.
+// which virtual points are kept, by their distance from the hologram; negative before it, where
+// rays start beyond the whole scene and come to the window last. folded_image: the depth of those
+// near caustics. OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
@@ -68,7 +70,7 @@ static inline Sample sample_of_path(const Lattice* lattice, const ChiefPath* chi
   sample.nx = chief->face.x;
   sample.ny = chief->face.y;
   sample.nz = chief->face.z;
-  sample.weight = depth / lattice->full_z;
+  sample.weight = fabs(depth) / lattice->full_z;
   sample.radiance = radiance;
   sample.specular = 0.0f;
   sample.shininess = 0.0f;

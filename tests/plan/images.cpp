@@ -28,10 +28,10 @@ Stage bench() {
   return stage;
 }
 
-/// A slanted mirror that shows a card before it at 30 mm.
-Stage mirror_and_card(double reflectivity) {
-  const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
-  auto card = rectangle({0, 0, 30e-3}, {0.25e-3, 0, 0}, {0, 0.25e-3, 0});
+/// A slanted mirror that shows a card before it 10 mm behind it, at 30 mm.
+Stage mirror_and_card(double reflectivity, double z_m = 20e-3) {
+  const dvec3 middle(0, 0, z_m), n = glm::normalize(dvec3(0.5, 0, -1));
+  auto card = rectangle({0, 0, z_m + 10e-3}, {0.25e-3, 0, 0}, {0, 0.25e-3, 0});
   for (auto& p : card.positions) p -= 2 * glm::dot(p - middle, n) * n;
   auto stage = bench();
   stage.add(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0}), mirror(reflectivity))
@@ -41,18 +41,28 @@ Stage mirror_and_card(double reflectivity) {
 
 }  // namespace
 
-TEST_CASE("a plane mirror's images lie where the mirrored scene does") {
-  const auto stage = mirror_and_card(0.9);
-  const auto plan = make_plan(stage.scene, stage.world);
-  REQUIRE(plan.specular.images.all.size() > 8);
-  for (const auto& image : plan.specular.images.all) {
-    CHECK(std::abs(image.at_m.z - 30e-3) < 0.5e-6);
-    CHECK(std::abs(image.at_m.x) < 0.26e-3);
-    CHECK(image.surfaces == 1);
-    CHECK(image.share == Catch::Approx(0.9));
+TEST_CASE("a plane mirror's images lie where the mirrored scene does, before the hologram too") {
+  for (const double z_m : {20e-3, -40e-3}) {
+    CAPTURE(z_m);
+    const auto stage = mirror_and_card(0.9, z_m);
+    const auto plan = make_plan(stage.scene, stage.world);
+    REQUIRE(plan.specular.images.all.size() > 8);
+    for (const auto& image : plan.specular.images.all) {
+      CHECK(std::abs(image.at_m.z - (z_m + 10e-3)) < 0.5e-6);
+      CHECK(std::abs(image.at_m.x) < 0.26e-3);
+      CHECK(image.surfaces == 1);
+      CHECK(image.share == Catch::Approx(0.9));
+    }
+    CHECK(plan.specular.images.beyond < 0.01);
+    CHECK(plan.specular.images.far_m == Catch::Approx(z_m + 10e-3));
   }
-  CHECK(plan.specular.images.beyond == 0);
-  CHECK(plan.specular.images.far_m == Catch::Approx(30e-3));
+}
+
+TEST_CASE("images on the hologram's other side count as light that lies elsewhere") {
+  const auto stage = mirror_and_card(0.9, -7e-3);
+  const auto plan = make_plan(stage.scene, stage.world);
+  CHECK(plan.specular.images.all.empty());
+  CHECK(plan.specular.images.beyond > 0.5);
 }
 
 TEST_CASE("a convex mirror's images lie half its radius behind it") {

@@ -150,17 +150,40 @@ DEVICE_TEST("a closed ball before the hologram has samples on all of the side th
 
 TEST_CASE("what does not know z < 0 says so") {
   const auto before = two_cards(-1);
-  auto fans = before, mirror = before, refined = before, distance = before;
+  auto both = striped_cards();
+  auto fans = both, mirror = both, refined = both, distance = before;
   fans.scene.sampling.mode = SamplingMode::fan;
   mirror.scene.materials[0].reflectivity = Spectrum(0.5);
   refined.scene.refine.emplace();
   distance.scene.wrp.distances_m = {40e-3};
   CHECK(refusal_of(before).empty());
-  CHECK_SAYS(refusal_of(fans), "z = -42.2 mm", "aimed");
-  CHECK_SAYS(refusal_of(before, Method::rays), "give \"points\"");
+  CHECK(refusal_of(both).empty());
+  CHECK(refusal_of(both, Method::rays).empty());
+  CHECK_SAYS(refusal_of(fans), "z = -40 mm", "aimed");
   CHECK_SAYS(refusal_of(mirror), "mirrors and glass");
   CHECK_SAYS(refusal_of(refined), "[refine]");
   CHECK_SAYS(refusal_of(distance), "wrp.distance");
+}
+
+DEVICE_TEST("fans show before the hologram what they show beyond it") {
+  double in_focus[2], beside[2];
+  for (const int i : {0, 1}) {
+    const double z_m = i == 0 ? 40e-3 : -40e-3;
+    Stage stage;
+    stage.scene.hologram = {{320, 240}, {8e-6, 8e-6}, 638e-9};
+    stage.scene.sampling.pitch_m = 20e-6;
+    stage.scene.sampling.frames = 8;
+    stage.scene.sampling.mode = SamplingMode::fan;
+    stage.add(rectangle({-0.3e-3, 0, z_m}, {0.15e-3, 0, 0}, {0, 0.4e-3, 0}))
+        .add(rectangle({0.25e-3, 0.1e-3, z_m + 0.5e-3}, {0.1e-3, 0, 0}, {0, 0.3e-3, 0}));
+    const auto shown = render(device, stage.scene, stage.world);
+    CHECK(shown.plan.layers[0].distance_m < z_m);
+    in_focus[i] = psnr_db_of_shown(device, stage, shown, z_m, z_m, 8);
+    beside[i] = psnr_db_of_shown(device, stage, shown, z_m, z_m + 10e-3, 8);
+  }
+  CAPTURE(in_focus[0], in_focus[1], beside[0], beside[1]);
+  CHECK(in_focus[1] > in_focus[0] - 1);
+  CHECK(in_focus[1] > beside[1] + 3);
 }
 
 DEVICE_TEST("reconstructions before and beyond the hologram show what a lens sees there") {

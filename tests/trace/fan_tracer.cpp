@@ -130,11 +130,61 @@ Scene ball_before_wall(const Folder& folder) {
   return scene;
 }
 
+/// A glass prism, a glass ball and a mirror between two walls, 2 mm long times `scale`.
+Scene mirrors_and_glass(const Folder& folder, double scale) {
+  auto scene = small_scene();
+  Material wall, mirror, glass;
+  wall.diffuse = glm::dvec3(0.7);
+  mirror.diffuse = glm::dvec3(0.2);
+  mirror.reflectivity = 0.6;
+  glass.diffuse = glm::dvec3(0.1);
+  glass.specular = glm::dvec3(0.3);
+  glass.reflectivity = 0.2;
+  glass.transparency = 0.7;
+  glass.ior = 1.52;
+  scene.materials = {wall, mirror, glass};
+  scene.lights = {ambient(0.3), directional({0.4, -0.5, 0.8}, 0.7)};
+  scene.trace.shadows = false;
+  scene.sampling.pitch_m *= scale;
+  const auto square = folder.write("square.obj", square_obj());
+  const auto add = [&](const std::filesystem::path& mesh, double width_m, glm::dvec3 from_wrp_m,
+                       int material, glm::dvec3 rotation_deg) {
+    scene.objects.push_back(object_at(mesh, scale * width_m,
+                                      scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
+    scene.objects.back().rotation_deg = rotation_deg;
+  };
+  add(folder.write("prism.obj", prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2,
+      {2, 7, 3});
+  add(folder.write("ball.obj", ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2,
+      {11, 5, 0});
+  scene.objects.back().normals = Normals::smooth;
+  add(square, 0.5 * mm, {0.35 * mm, -0.35 * mm, 1.3 * mm}, 1, {20, -35, 0});
+  add(square, 4 * mm, {0, 0, 2.2 * mm}, 0, {1, 2, 0});
+  add(square, 4 * mm, {0, 0, -1 * mm}, 0, {178, 3, 0});
+  return scene;
+}
+
 TEST_CASE("nearest hits, Phong light of every kind and phases match the oracle") {
   const Folder folder;
   const auto oracle = check_trace(ball_before_wall(folder), wrp_with_fan(7, 0.3));
   CHECK(oracle.hits == 33 * 17 * 49);
   CHECK(oracle.shadowed == 0);
+}
+
+TEST_CASE("before the hologram, rays of planes before, amid and behind a scene match the oracle") {
+  const Folder folder;
+  for (const bool has_mirrors : {false, true}) {
+    auto scene = has_mirrors ? mirrors_and_glass(folder, 1) : ball_before_wall(folder);
+    for (auto& object : scene.objects) object.position_m.z -= 200 * mm;
+    for (auto& light : scene.lights) light.position_m.z -= 200 * mm;
+    scene.wrp.distances_m = {-102 * mm};
+    auto wrp = wrp_with_fan(7, 0.3);
+    for (const double z_m : {-102 * mm, -100 * mm, -distance_m}) {
+      INFO("mirrors " << has_mirrors << ", plane at " << z_m);
+      wrp.centre_m.z = z_m;
+      CHECK(check_trace(scene, wrp).hits > 10000);
+    }
+  }
 }
 
 TEST_CASE("smooth normals match the oracle", "[slow]") {
@@ -184,40 +234,6 @@ TEST_CASE("highlights of any sharpness match the oracle", "[slow]") {
     for (const auto& z : oracle.field) energy += std::norm(z);
     CHECK(energy > 0);
   }
-}
-
-/// A glass prism, a glass ball and a mirror between two walls, 2 mm long times `scale`.
-Scene mirrors_and_glass(const Folder& folder, double scale) {
-  auto scene = small_scene();
-  Material wall, mirror, glass;
-  wall.diffuse = glm::dvec3(0.7);
-  mirror.diffuse = glm::dvec3(0.2);
-  mirror.reflectivity = 0.6;
-  glass.diffuse = glm::dvec3(0.1);
-  glass.specular = glm::dvec3(0.3);
-  glass.reflectivity = 0.2;
-  glass.transparency = 0.7;
-  glass.ior = 1.52;
-  scene.materials = {wall, mirror, glass};
-  scene.lights = {ambient(0.3), directional({0.4, -0.5, 0.8}, 0.7)};
-  scene.trace.shadows = false;
-  scene.sampling.pitch_m *= scale;
-  const auto square = folder.write("square.obj", square_obj());
-  const auto add = [&](const std::filesystem::path& mesh, double width_m, glm::dvec3 from_wrp_m,
-                       int material, glm::dvec3 rotation_deg) {
-    scene.objects.push_back(object_at(mesh, scale * width_m,
-                                      scale * from_wrp_m + glm::dvec3(0, 0, distance_m), material));
-    scene.objects.back().rotation_deg = rotation_deg;
-  };
-  add(folder.write("prism.obj", prism_obj()), 0.6 * mm, {-0.25 * mm, 0.02 * mm, 1 * mm}, 2,
-      {2, 7, 3});
-  add(folder.write("ball.obj", ball_obj(12, 6)), 0.4 * mm, {0.35 * mm, 0.25 * mm, 1 * mm}, 2,
-      {11, 5, 0});
-  scene.objects.back().normals = Normals::smooth;
-  add(square, 0.5 * mm, {0.35 * mm, -0.35 * mm, 1.3 * mm}, 1, {20, -35, 0});
-  add(square, 4 * mm, {0, 0, 2.2 * mm}, 0, {1, 2, 0});
-  add(square, 4 * mm, {0, 0, -1 * mm}, 0, {178, 3, 0});
-  return scene;
 }
 
 TEST_CASE("paths over mirrors and through glass match the oracle to depth 3, with total reflection",

@@ -83,6 +83,8 @@ struct PathErrors {
 PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& field,
                      const std::vector<reference::PerfectSurface>& surfaces) {
   PathErrors errors;
+  const bool is_before = rig.plan.extent.far_m < 0;
+  const double start_m = is_before ? rig.plan.extent.near_m - 1 * mm : 0, side = is_before ? -1 : 1;
   const auto paths = rig.table.paths.read();
   const auto& plan = rig.plan;
   Random random(5);
@@ -106,7 +108,7 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
     const auto source =
         dvec3(path.source[0], path.source[1], path.source[2]) + plan.extent.origin_m;
     const auto face = normal(s);
-    const auto chief = reference::solve_path(surfaces, dvec2(0), source, dvec2(v) / v.z);
+    const auto chief = reference::solve_path(surfaces, dvec2(0), source, dvec2(v) / v.z, start_m);
     if (!chief) {
       ++errors.unsolved;
       continue;
@@ -117,16 +119,17 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
     };
     for (std::size_t i = 0; i < places.size(); ++i) {
       const auto solved =
-          reference::solve_path(surfaces, places[i], source, (dvec2(v) - places[i]) / v.z);
+          reference::solve_path(surfaces, places[i], source, (dvec2(v) - places[i]) / v.z, start_m);
       if (!solved) {
         ++errors.unsolved;
         continue;
       }
       const double amplitude =
           std::sqrt(s.radiance * light(*solved) / light(*chief)) * s.weight / glm::length(v);
-      const double turns =
-          (solved->optical_m - chief->optical_m + glm::length(v)) / plan.hologram.wavelength_m +
-          reference::phase_turns_of_key(s.key, 1);
+      // Before the hologram, light converges to the virtual point, and phases turn back
+      const double turns = (solved->optical_m - chief->optical_m + side * glm::length(v)) /
+                               plan.hologram.wavelength_m +
+                           side * reference::phase_turns_of_key(s.key, 1);
       truth[i] += std::polar(amplitude, 2 * std::numbers::pi * std::remainder(turns, 1));
     }
   }
@@ -304,6 +307,7 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
     std::vector<reference::PerfectSurface> surfaces;
   };
   std::vector<Case> cases;
+  const double shift_m = GENERATE(0.0, -40 * mm);  // before the hologram, too
   const auto stage_of = [&] {
     auto stage = bench(Bounces::paths);
     stage.scene.hologram = {{384, 384}, {3.74e-6, 3.74e-6}, 638e-9};
@@ -313,9 +317,9 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
   {
     // A mirror of radius 2 mm; what it shows lies in front of it, beside the hologram's axis
     Case c{"convex mirror", 0.01, stage_of(), {}};
-    const dvec3 centre(0, 0, 22 * mm);
+    const dvec3 centre(0, 0, 22 * mm + shift_m);
     c.stage.add(cap(centre, 2 * mm, {0.4 * mm, 0}, 0.5 * mm, 0.02 * mm), mirror())
-        .add(rectangle({2.5 * mm, 0, 16 * mm}, {mm, 0, 0}, {0, mm, 0}), glowing());
+        .add(rectangle({2.5 * mm, 0, 16 * mm + shift_m}, {mm, 0, 0}, {0, mm, 0}), glowing());
     c.surfaces = {{.centre = centre, .radius = 2 * mm}};
     cases.push_back(std::move(c));
   }
@@ -325,21 +329,22 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
     auto slab = box({0, 0, 0}, {2 * mm, 1.5 * mm, 1 * mm / std::sqrt(1 + 0.36 * 0.36)});
     // Turned so that its faces have the normal `tilted`
     const auto z = -glm::normalize(tilted), y = dvec3(0, 1, 0), x = glm::cross(y, z);
-    for (auto& p : slab.positions) p = dvec3(0, 0, 15 * mm) + p.x * x + p.y * y + p.z * z;
+    for (auto& p : slab.positions) p = dvec3(0, 0, 15 * mm + shift_m) + p.x * x + p.y * y + p.z * z;
     slab.normals.clear();
     c.stage.add(slab, glass(1.5))
-        .add(rectangle({0.2 * mm, 0, 19 * mm}, {0.115 * mm, 0, 0}, {0, 0.115 * mm, 0}), glowing());
-    c.surfaces = {{.centre = dvec3(0, 0, 15 * mm) - z * mm / std::sqrt(1 + 0.36 * 0.36),
+        .add(rectangle({0.2 * mm, 0, 19 * mm + shift_m}, {0.115 * mm, 0, 0}, {0, 0.115 * mm, 0}),
+             glowing());
+    c.surfaces = {{.centre = dvec3(0, 0, 15 * mm + shift_m) - z * mm / std::sqrt(1 + 0.36 * 0.36),
                    .normal = tilted,
                    .beyond = 1.5},
-                  {.centre = dvec3(0, 0, 15 * mm) + z * mm / std::sqrt(1 + 0.36 * 0.36),
+                  {.centre = dvec3(0, 0, 15 * mm + shift_m) + z * mm / std::sqrt(1 + 0.36 * 0.36),
                    .normal = tilted,
                    .beyond = 1}};
     cases.push_back(std::move(c));
   }
   for (const double radius : {1 * mm, 2 * mm}) {
     Case c{radius < 1.5 * mm ? "ball of 1 mm" : "ball of 2 mm", 0.05, stage_of(), {}};
-    const dvec3 centre(0, 0, 17 * mm);
+    const dvec3 centre(0, 0, 17 * mm + shift_m);
     c.stage.add(sphere(centre, radius, 160), glass(1.5))
         .add(rectangle(centre + dvec3(0, 0, 3 * radius), {0.115 * mm, 0, 0}, {0, 0.115 * mm, 0}),
              glowing());
@@ -348,13 +353,13 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
     cases.push_back(std::move(c));
   }
   for (auto& c : cases) {
-    CAPTURE(c.name);
+    CAPTURE(c.name, shift_m);
     c.stage.scene.trace.depth = static_cast<int>(c.surfaces.size());
     Rig rig(device, c.stage, Method::points, false);
     darken_direct(rig);
     const auto errors = errors_of(rig, all_points(device, rig), c.surfaces);
     CAPTURE(errors.field, errors.samples, errors.unsolved);
-    CHECK(errors.samples > 50);
+    CHECK(errors.samples > 30);
     CHECK(errors.unsolved == 0);
     CHECK(errors.field < c.most);
   }

@@ -149,14 +149,21 @@ DEVICE_TEST("all that materials of meshes have, and all lights, look as the orac
   sky.highlights = false;
   scene.lights = {sky,  light_of(LightType::directional, {0.3, -0.4, 1}, 0.7), spot, panel,
                   disc, light_of(LightType::ambient, {0, 0, 1}, 0.4)};
-  const auto world = build_world(scene);
-  REQUIRE(world.materials.size() == 8);
-  for (const bool shadows : {false, true}) {
-    scene.trace.shadows = shadows;
-    const auto found = compare(device, scene, world, 20 * mm, 3 * mm, 48, 4);
-    INFO("shadows " << shadows << ", " << found.pixels << " pixels, worst " << found.worst);
-    CHECK(found.pixels > 1200);
-    CHECK(found.worst < 2e-3);
+  for (const double z_m : {20 * mm, -20 * mm}) {
+    if (z_m < 0) {
+      scene.objects[0].position_m.z -= 40 * mm;
+      for (auto& light : scene.lights) light.position_m.z -= 40 * mm;
+    }
+    const auto world = build_world(scene);
+    REQUIRE(world.materials.size() == 8);
+    for (const bool shadows : {false, true}) {
+      scene.trace.shadows = shadows;
+      const auto found = compare(device, scene, world, z_m, 3 * mm, 48, 4);
+      INFO("z " << z_m << ", shadows " << shadows << ", " << found.pixels << " pixels, worst "
+                << found.worst);
+      CHECK(found.pixels > 1200);
+      CHECK(found.worst < 2e-3);
+    }
   }
 }
 

@@ -19,7 +19,7 @@ constexpr std::size_t largest_fan = 1 << 24;  // rays
 
 /// Rays across a fan, as fan_tangents makes them.
 double fan_count(double window_m, double distance_m, double depth_m, double pitch_m) {
-  return std::max(1.0, std::ceil(window_m / distance_m * depth_m / pitch_m - 1e-9));
+  return std::max(1.0, std::ceil(std::abs(window_m / distance_m) * depth_m / pitch_m - 1e-9));
 }
 
 /// Directions of a fan that the SLM's pixels can show; steeper ones are left out.
