@@ -196,23 +196,19 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
 /// By the propagation of refined pictures.
 void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing,
                           double blur_m, Image& picture) {
-  const bool is_before = viewing.focus_m < 0;
   levels_.resize({field.nx, field.ny}, field.frames);
   levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
     const auto width = static_cast<std::size_t>(field.nx);
     for (std::size_t row = 0; row < field.samples.size() / width; ++row)
-      for (std::size_t x = 0; x < width; ++x) {
-        const auto sample = field.samples[row * width + x];
-        rows[row * static_cast<std::size_t>(levels_.pitch()) + x] =
-            is_before ? std::conj(sample) : sample;
-      }
+      for (std::size_t x = 0; x < width; ++x)
+        rows[row * static_cast<std::size_t>(levels_.pitch()) + x] = field.samples[row * width + x];
   });
 
   const refinement::Optics optics{.size = plan.hologram.size,
                                   .pitch_m = plan.hologram.pitch_m,
                                   .wavelength_m = plan.hologram.wavelength_m,
                                   .blur_m = blur_m};
-  const refinement::Key key{.z_m = std::abs(viewing.focus_m),
+  const refinement::Key key{.z_m = viewing.focus_m,
                             .view = viewing.eye,
                             .aperture = glm::dvec2(viewing.part),
                             .picture = Image{size_px_.x, size_px_.y, {}},

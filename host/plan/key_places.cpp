@@ -63,15 +63,36 @@ double share_beyond(double side_a, double side_b, double limit) {
 
 }  // namespace
 
-std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
+namespace {
+
+/// Depths of surfaces on one side of the hologram, by their distance.
+struct Side {
+  double sign, near_m, far_m;
+};
+
+std::vector<Side> sides_of(const Plan& plan) {
+  const auto& extent = plan.extent;
+  if (extent.near_m > 0) return {{1, extent.near_m, extent.far_m}};
+  if (extent.far_m < 0) return {{-1, -extent.far_m, -extent.near_m}};
+  std::vector<Side> sides;
+  for (const double sign : {-1, 1}) {
+    Side side{sign, sign < 0 ? -extent.near_m : extent.far_m, 0};
+    for (const auto& layer : plan.layers) {
+      if (layer.distance_m * sign < 0) continue;
+      side.near_m = std::min(side.near_m, std::max(layer.closest_m(), extent.closest_m));
+      side.far_m = std::max(side.far_m, layer.farthest_m());
+    }
+    sides.push_back(side);
+  }
+  return sides;
+}
+
+/// Of a scene before the hologram, as of its mirror image beyond it.
+std::vector<double> depths_of_side_m(const Plan& plan, const Side& side, double blur_m) {
   const auto window_m = plan.window_m();
   const double hologram_m = std::max(window_m.x, window_m.y);
   const auto held_m = [&](double z_m) { return held_blurs * blur_m * z_m / hologram_m; };
-  // Of a scene before the hologram, as of its mirror image beyond it
-  const bool is_before = plan.extent.far_m < 0;
-  const double near_m = is_before ? -plan.extent.far_m : plan.extent.near_m,
-               far_m = is_before ? -plan.extent.near_m : plan.extent.far_m,
-               depth_m = far_m - near_m;
+  const double near_m = side.near_m, far_m = side.far_m, depth_m = far_m - near_m;
   const double middle_m = held_m((near_m + far_m) / 2), front_m = held_m(near_m);
   const auto in_front = [&](double helds) {
     return std::max(near_m - helds * front_m, near_m / 2);
@@ -84,8 +105,30 @@ std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
     depths.push_back(steps == 0 ? near_m : near_m + depth_m * i / steps);
   if (steps == 0) depths.push_back(far_m + first_beyond * held_m(far_m));
   depths.push_back(far_m + (steps == 0 ? second_beyond : behind) * held_m(far_m));
-  if (is_before)
-    for (double& z_m : depths) z_m = -z_m;
+  for (double& z_m : depths) z_m *= side.sign;
+  return depths;
+}
+
+/// From the first depth to the last of each side, `share` of the whole way.
+double depth_at(std::vector<double> depths, double share) {
+  std::sort(depths.begin(), depths.end());
+  const auto beyond =
+      std::find_if(depths.begin(), depths.end(), [](double z_m) { return z_m > 0; });
+  const double before_m = beyond == depths.begin() ? 0 : *(beyond - 1) - depths.front(),
+               beyond_m = beyond == depths.end() ? 0 : depths.back() - *beyond,
+               along_m = share * (before_m + beyond_m);
+  return along_m < before_m || beyond == depths.end() ? depths.front() + along_m
+                                                      : *beyond + (along_m - before_m);
+}
+
+}  // namespace
+
+std::vector<double> refine_depths_m(const Plan& plan, double blur_m) {
+  std::vector<double> depths;
+  for (const auto& side : sides_of(plan)) {
+    const auto of_side = depths_of_side_m(plan, side, blur_m);
+    depths.insert(depths.end(), of_side.begin(), of_side.end());
+  }
   return depths;
 }
 
@@ -103,7 +146,6 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
 
   // One view in each cell of a grid, and in each of as many ranges of depth
   std::mt19937 random(what.seed);
-  const auto [first, last] = std::minmax_element(depths.begin(), depths.end());
   const int columns = static_cast<int>(std::ceil(std::sqrt(what.views * 1.5 - 0.001))),
             rows = (what.views + columns - 1) / columns;
   const auto cells = shuffled(columns * rows, random), ranges = shuffled(what.views, random);
@@ -112,7 +154,7 @@ std::vector<KeyPlace> key_places(const Plan& plan, double blur_m, const KeySpec&
     const double x = (cell % columns + share(random)) / columns,
                  y = (cell / columns + share(random)) / rows,
                  z = (ranges[static_cast<std::size_t>(i)] + share(random)) / what.views;
-    places.push_back({*first + z * (*last - *first), {x - 0.5, y - 0.5}, {0.5, 0.5}, 1});
+    places.push_back({depth_at(depths, z), {x - 0.5, y - 0.5}, {0.5, 0.5}, 1});
   }
   return places;
 }

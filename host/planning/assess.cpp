@@ -95,22 +95,21 @@ double share_of_band(const World& world, glm::dvec2 largest_sine) {
 /// Says what does not know surfaces before the hologram.
 ///
 /// throws  InputError naming it
-void require_known_sides(const Scene& scene, const Plan& plan, Method method) {
+void require_known_sides(const Scene& scene, const World& world, const Plan& plan, Method method) {
   if (plan.extent.near_m > 0) return;
+  const bool is_near = crosses_hologram(world) && meets_hologram(scene, world);
   const auto refuse = [&](const std::string& what) {
     throw InputError(one_line(scene.file.string()) + ": the scene reaches to z = " +
                      millimetres(plan.extent.near_m) + ", before the hologram: " + what);
   };
-  const bool is_on_both_sides = plan.extent.far_m >= 0;
-  if (!plan.samples.aimed && method == Method::wrp && is_on_both_sides)
+  if (!plan.samples.aimed && method == Method::wrp && plan.extent.far_m >= 0)
     refuse(
-        "WRPs of fans stand before the whole scene; give sampling.mode \"aimed\", or --method "
-        "rays");
-  if (plan.has_specular_samples() && is_on_both_sides)
-    refuse(
-        "mirrors and glass are followed on one side of it; give trace.depth 0, or move the scene");
-  if (scene.refine && !scene.viewer.eyepiece_m && is_on_both_sides)
-    refuse("[refine] knows pictures on one side of it, or behind an eyepiece; leave it out");
+        "fans of WRPs before all of it show what is far from these too dark; give sampling.mode "
+        "\"aimed\", or --method rays");
+  if (plan.has_specular_samples() && is_near)
+    refuse("mirrors and glass are not followed near it; give trace.depth 0, or move the scene");
+  if (scene.refine && !scene.viewer.eyepiece_m && is_near)
+    refuse("[refine] knows pictures apart from it, or behind an eyepiece; leave it out");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
       (scene.wrp.distances_m.front() > 0 ||
        (plan.extent.far_m > 0 && scene.wrp.distances_m.back() < 0)))
@@ -269,7 +268,7 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   const bool has_bounces =
       plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
   plan.specular.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
-  require_known_sides(scene, plan, method);
+  require_known_sides(scene, world, plan, method);
   if (!images) images = images_of(world, plan);
   plan.specular.images = *images;
   if (scene.trace.bounces != Bounces::automatic)

@@ -177,7 +177,7 @@ private:
       const double share = ray.share * (1 - specular);
       auto bend = bend_of(Aim(ray, hit->t), tangents);
       const int surfaces = static_cast<int>(turns_.size());
-      if (bend && bend->rate * plan_.extent.near_m > 0)
+      if (bend && (bend->rate > 0 ? plan_.extent.far_m > 0 : plan_.extent.near_m < 0))
         images.all.push_back(
             {ray_, glm::normalize(glm::dvec3(tangents, 1)) / bend->rate, share, surfaces});
       else

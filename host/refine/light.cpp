@@ -168,13 +168,6 @@ void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec
            first(frame, from), pitch_, static_cast<float>(clip > 0 ? 1 / clip : 0));
 }
 
-void PhaseStack::conjugate() {
-  const int rows = frames_ * size_.y;
-  run_rows(device_, program_of(device_).kernel("conjugate"),
-           pitch_ / PictureGrid::packet * PictureGrid::packet, rows, samples, size_.x, rows,
-           pitch_);
-}
-
 const cl::ComplexBuffer& PhaseStack::frame(int frame) {
   if (frame_.size() != area(size_)) frame_ = {device_, area(size_), "phases of a hologram"};
   frame_.copy_rows_from(samples, first(frame, {0, 0}), count_of(size_.x), count_of(pitch_));
@@ -444,7 +437,7 @@ void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t ke
                         t.column_chirp, t.row_chirp, t.open.size, to, nx, columns, rows);
   }
   run_rows(device, kernel("spread"), columns, rows, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), beam,
+           holograms.first(frame, t.open.first), holograms.pitch(), grids[key].side, beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
            t.open.size.y, to, nx, columns, rows);
 }
@@ -455,8 +448,8 @@ void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t fir
                                 const cl::ComplexBuffer& rows_chirp, glm::ivec2 open,
                                 cl::ComplexBuffer& to, int nx, int columns, int rows) {
   if (!plain_spread) plain_spread = program_of(device).kernel("spread");
-  run_rows(device, *plain_spread, columns, rows, from, first, pitch, beam, first, columns_chirp,
-           rows_chirp, open.x, open.y, to, nx, columns, rows);
+  run_rows(device, *plain_spread, columns, rows, from, first, pitch, 1.0f, beam, first,
+           columns_chirp, rows_chirp, open.x, open.y, to, nx, columns, rows);
 }
 
 /// From the spectrum to that of finer samples, with the phases that Fresnel's propagation lacks, or
@@ -548,9 +541,9 @@ void Light::enter_pupil(const PhaseStack& holograms, int frame) {
   const auto n = s.optics.size,
              written = s.backend == cl::FftBackend::host ? n : s.optics.pupil_plane;
   run_rows(s.device, s.kernel("spread"), written.x, written.y, holograms.samples,
-           holograms.first(frame, {0, 0}), holograms.pitch(), s.beam, holograms.first(0, {0, 0}),
-           t.column_chirp, t.row_chirp, n.x, n.y, s.in_pupil, s.optics.pupil_plane.x, written.x,
-           written.y);
+           holograms.first(frame, {0, 0}), holograms.pitch(), 1.0f, s.beam,
+           holograms.first(0, {0, 0}), t.column_chirp, t.row_chirp, n.x, n.y, s.in_pupil,
+           s.optics.pupil_plane.x, written.x, written.y);
   s.transform_pupil(s.in_pupil, false);
   s.added_in_pupil.fill_zero();
 }
@@ -562,9 +555,9 @@ void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
   const auto n = s.optics.size;
   s.transform_pupil(s.added_in_pupil, true);
   run_rows(s.device, s.kernel("step_phase"), n.x, n.y, holograms.samples,
-           holograms.first(frame, {0, 0}), holograms.pitch(), s.beam, holograms.first(0, {0, 0}),
-           t.column_chirp, t.row_chirp, n.x, n.y, s.added_in_pupil, s.optics.pupil_plane.x,
-           static_cast<float>(step));
+           holograms.first(frame, {0, 0}), holograms.pitch(), 1.0f, s.beam,
+           holograms.first(0, {0, 0}), t.column_chirp, t.row_chirp, n.x, n.y, s.added_in_pupil,
+           s.optics.pupil_plane.x, static_cast<float>(step));
 }
 
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
@@ -590,7 +583,7 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
                     s.back_pitch(key), static_cast<float>(factor * factor));
   }
   run_rows(s.device, s.kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), s.beam,
+           holograms.first(frame, t.open.first), holograms.pitch(), s.grids[key].side, s.beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
            t.open.size.y, change, s.back_pitch(key), static_cast<float>(step * factor * factor));
 }

@@ -31,9 +31,6 @@ public:
   void take(const cl::ComplexBuffer& field, glm::ivec2 first, glm::ivec2 size, int frame,
             bool keeps_amplitudes = false);
 
-  /// The holograms' complex conjugates: they show the mirror images through z = 0.
-  void conjugate();
-
   FieldStack read() const;
   /// The samples of a frame, rows without gaps; valid until the next call.
   const cl::ComplexBuffer& frame(int frame);
@@ -77,7 +74,8 @@ public:
 
   /// Carries the hologram to the pupil's plane, where keys have a pupil: before they are shown.
   void enter_pupil(const PhaseStack& holograms, int frame);
-  /// plane = A hologram, times the beam where the light on the SLM is not even.
+  /// plane = A hologram, times the beam where the light on the SLM is not even; the hologram's
+  /// conjugate, which shows the mirror image through z = 0, for pictures before it.
   void show(const PhaseStack& holograms, int frame, std::size_t key);
   /// hologram = phase of (hologram [times the beam] + step A* plane), A being unitary but for the
   /// parts that aperture and region cut off. Of keys with a pupil, A* plane waits in the pupil's

@@ -188,7 +188,7 @@ glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
                                        std::abs(grid.z_m / grid.distance_m)
                                  : glm::dvec2(grid.open.size) * optics.pitch_m,
              picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
-             turned_m = grid.z_m * optics.wavelength_m * source.per_m;
+             turned_m = grid.z_m * optics.wavelength_m * (1.0 * grid.side) * source.per_m;
   return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
                    change * change *
                        ((open_m * open_m + picture_m * picture_m) / 12.0 + turned_m * turned_m));
@@ -212,7 +212,8 @@ std::vector<double> shown_shares(const Optics& optics, const PictureGrid& grid, 
                            grid.pupil->a * place_m / grid.pupil->b_m * pitch_m / optics.wavelength_m
                      : pitch_m / optics.wavelength_m * across_m / std::hypot(across_m, grid.z_m);
       if (std::abs(cycles) > 0.5) continue;
-      const double amplitude = amplitude_of_pixel(fill, cycles + optics.showing.carrier[axis]);
+      const double amplitude =
+          amplitude_of_pixel(fill, cycles + grid.side * optics.showing.carrier[axis]);
       sum += amplitude * amplitude;
       count += 1;
     }
@@ -274,14 +275,15 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   const auto depth = [&] { return "refinement: the picture at " + length_text(key.z_m); };
   PictureGrid grid;
   grid.propagation = propagation;
-  grid.z_m = key.z_m;
+  grid.z_m = key.pupil ? key.z_m : std::abs(key.z_m);
+  grid.side = key.z_m < 0 && !key.pupil ? -1 : 1;
   grid.pupil = key.pupil;
   // Light bent by the eyepiece shows the picture larger, and elsewhere
   const double larger = key.pupil ? 1 + key.pupil->a * key.z_m / key.pupil->b_m : 1;
-  grid.distance_m = key.pupil ? key.pupil->b_m * larger : key.z_m;
-  if (!std::isfinite(key.z_m) || !((key.pupil ? larger : key.z_m) > 0))
+  grid.distance_m = key.pupil ? key.pupil->b_m * larger : grid.z_m;
+  if (!std::isfinite(key.z_m) || !((key.pupil ? larger : grid.z_m) > 0))
     throw InputError(key.pupil ? depth() + " is where the eye's pupil is, or behind it"
-                               : "refinement: z must be > 0, on the object's side of the hologram");
+                               : "refinement: z must not be 0, the hologram itself");
   const double side = key.pupil && key.pupil->b_m < 0 ? -1 : 1;
   grid.open =
       open_part(key.pupil ? optics.pupil_plane : optics.size, side * key.view, key.aperture);
@@ -300,7 +302,7 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   } else if (propagation == Propagation::fresnel) {
     grid.size = padded_size(grid.open.size, optics.padding);
     grid.size.x = whole_packets(grid.size.x);
-    const auto plane_m = optics.wavelength_m * key.z_m / optics.pitch_m;
+    const auto plane_m = optics.wavelength_m * grid.z_m / optics.pitch_m;
     grid.pixel_m = plane_m / glm::dvec2(grid.size);
     // Before the part, where the farthest places of the window are twice as far from its pixels as
     // these can show: else their light would fold onto places that they do show
@@ -315,9 +317,9 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   } else {
     grid.spectrum =
         propagation == Propagation::exact
-            ? exact_planes(optics.size, optics.pitch_m, optics.wavelength_m, key.z_m, window_m)
+            ? exact_planes(optics.size, optics.pitch_m, optics.wavelength_m, grid.z_m, window_m)
             : corrected_planes(optics.size, grid.open.first, grid.open.size, optics.pitch_m,
-                               optics.wavelength_m, key.z_m, window_m, optics.padding);
+                               optics.wavelength_m, grid.z_m, window_m, optics.padding);
     grid.size = grid.spectrum.picture;
     grid.pixel_m = grid.spectrum.pixel_m;
   }

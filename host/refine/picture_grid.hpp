@@ -72,8 +72,9 @@ OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture);
 /// Samples of the plane that a key's picture is computed on, and the part of it that is compared.
 struct PictureGrid {
   Propagation propagation = Propagation::fresnel;
-  double z_m = 0.1;
-  OpenPart open;  // of the hologram, or of the pupil's plane
+  double z_m = 0.1;  // from the hologram on; with a pupil as of Key
+  float side = 1;    // -1: before the hologram, where its conjugate's light is as beyond it
+  OpenPart open;     // of the hologram, or of the pupil's plane
   std::optional<Pupil> pupil{};
   double distance_m = 0.1;    // light of the open part is as steep as its width over this
   SpectrumPlanes spectrum{};  // where it is propagated over one

@@ -45,9 +45,6 @@ void check(std::span<const RefineKey> keys, const RefineSpec& spec) {
   for (const auto& key : keys) {
     const auto& p = key.picture;
     const auto where = "refinement: the picture at " + length_text(key.z_m);
-    if (!key.pupil && key.z_m * keys[0].z_m < 0)
-      throw InputError(where + " lies on the other side of the hologram than that at " +
-                       length_text(keys[0].z_m) + ": give those of one side");
     if (key.samples) continue;
     if (p.width < 1 || p.height < 1 ||
         p.pixels.size() != static_cast<std::size_t>(p.width) * static_cast<std::size_t>(p.height))
@@ -422,29 +419,6 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
 
 RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spec) {
   check(keys, spec);
-  if (keys[0].pupil || !(keys[0].z_m < 0)) return run_beyond(keys, spec);
-  // The conjugate of a field shows the mirror image through z = 0
-  std::vector<RefineKey> mirrored(keys.begin(), keys.end());
-  std::shared_ptr<SampleLight> light;
-  if (keys[0].samples) {
-    light = std::make_shared<SampleLight>(*keys[0].samples);
-    for (auto& at_m : light->at_m) at_m.z = -at_m.z;
-    light->dots_from_m = -light->dots_from_m;
-  }
-  for (auto& key : mirrored) {
-    key.z_m = -key.z_m;
-    key.samples = light;
-  }
-  auto conjugate = spec;
-  conjugate.showing.carrier = -spec.showing.carrier;
-  conjugate.showing.source.per_m = -spec.showing.source.per_m;
-  state_->holograms.conjugate();
-  auto result = run_beyond(mirrored, conjugate);
-  state_->holograms.conjugate();
-  return result;
-}
-
-RefineResult Refiner::run_beyond(std::span<const RefineKey> keys, const RefineSpec& spec) {
   auto& [device, holograms, loop] = *state_;
   const auto prepared = Clock::now();
   const auto report = [&](const std::string& what, double share) {

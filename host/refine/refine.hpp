@@ -68,7 +68,7 @@ struct RefineResult {
 /// Refines the phases of `start`; its amplitudes do not count. A refined field may be refined
 /// again.
 ///
-/// keys     pictures in one unit of radiance, all on one side of the hologram or all through a
+/// keys     pictures in one unit of radiance, before the hologram and beyond it, or all through a
 ///          pupil; black ones cannot be refined towards
 /// throws   InputError for keys and settings that are not possible, DeviceError for the device
 /// The result is bit-identical for equal input, seed and device, unless a budget decides the
@@ -93,8 +93,6 @@ public:
   RefineResult run(std::span<const RefineKey> keys, const RefineSpec& spec);
 
 private:
-  RefineResult run_beyond(std::span<const RefineKey> keys, const RefineSpec& spec);
-
   struct State;
   std::unique_ptr<State> state_;
 };

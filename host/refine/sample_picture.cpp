@@ -150,8 +150,8 @@ private:
     const auto place = [&](double from, double to, double beside) {
       if (const auto& pupil = light_.pupil)
         return to + (at.z - grid_.z_m) * (from - pupil->a * to) / (pupil->a * at.z + pupil->b_m);
-      return from + grid_.z_m * (to - from) /
-                        std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
+      const double length = std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
+      return from + grid_.z_m * (to - from) / std::copysign(length, grid_.side * at.z);
     };
     const auto column = [&](double x_m) {
       return (x_m - grid_.middle_m.x) / grid_.pixel_m.x + grid_.size.x / 2.0 -

@@ -159,10 +159,13 @@ void SpecularPaths::find_in(const Plan& plan, const DeviceScene& scene,
   found.on_cells.write(wanted);
   const auto number = [](double value) { return static_cast<float>(value); };
   const auto& images = plan.specular.images;
-  const bool is_before = plan.extent.near_m < 0;
-  find_.run({count}, {1}, scene.arguments(), lattice,
-            number(is_before ? images.far_m : images.near_m),
-            number(is_before ? images.near_m : images.far_m), number(images.folded_m), fit_,
+  const auto& extent = plan.extent;
+  const double nearest_m = extent.near_m > 0  ? images.near_m
+                           : extent.far_m < 0 ? -images.far_m
+                                              : extent.closest_m;
+  find_.run({count}, {1}, scene.arguments(), lattice, number(nearest_m),
+            number(extent.near_m < 0 ? images.near_m : 0),
+            number(extent.far_m > 0 ? images.far_m : 0), number(images.folded_m), fit_,
             found.on_cells, static_cast<std::int32_t>(count), found.slots, found.on_counts,
             found.samples, found.visibility_masks, found.paths);
   found.counts.resize(count);

@@ -58,25 +58,13 @@ __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
   }
 }
 
-// Turns phases round: the first nx samples of rows of hologram_pitch.
-__kernel void conjugate(__global float2* restrict hologram, int nx, int rows, int hologram_pitch) {
-  const int row = (int)get_global_id(1);
-  if (row >= rows) return;
-  __global float2* samples = hologram + (size_t)hologram_pitch * (size_t)row;
-  const int step = RAYWAVE_LANES * (int)get_global_size(0);
-  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
-    floatv re, im;
-    load_some_complex(samples + i, nx - i, &re, &im);
-    store_some_complex(re, -im, samples + i, nx - i);
-  }
-}
-
 // plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
 //
+// side            -1: of the hologram's conjugate, for pictures before it; 1
 // first           sample of `hologram` where the aperture begins; beam_first: of `beam`
 // aperture_nx,ny  samples of the aperture
 __kernel void spread(const __global float2* restrict hologram, uint first, int hologram_pitch,
-                     const __global float* restrict beam, uint beam_first,
+                     float side, const __global float* restrict beam, uint beam_first,
                      const __global float2* restrict column_chirp,
                      const __global float2* restrict row_chirp, int aperture_nx, int aperture_ny,
                      __global float2* restrict plane, int nx, int columns, int rows) {
@@ -96,6 +84,7 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
     if (row < aperture_ny && i < aperture_nx) {
       floatv a, b, c, s;
       load_complex(source + i, &a, &b);
+      b *= side;
       if (RAYWAVE_BEAM) {
         const floatv here = LANES_LOAD(light + i);
         a *= here;
@@ -280,9 +269,9 @@ __kernel void add_picture(const __global float* restrict blurred,
 }
 
 // hologram: its phase after beam * hologram + step * conj(chirp) * plane, in the aperture. Phases
-// need no trigonometry: the sum is divided by its modulus.
+// need no trigonometry: the sum is divided by its modulus. side: as of `spread`
 __kernel void step_phase(__global float2* restrict hologram, uint first, int hologram_pitch,
-                         const __global float* restrict beam, uint beam_first,
+                         float side, const __global float* restrict beam, uint beam_first,
                          const __global float2* restrict column_chirp,
                          const __global float2* restrict row_chirp, int aperture_nx,
                          int aperture_ny, const __global float2* restrict plane, int nx,
@@ -307,7 +296,7 @@ __kernel void step_phase(__global float2* restrict hologram, uint first, int hol
     }
     const floatv u = a * c + b * s, v = b * c - a * s;
     re += u * chirp.x + v * chirp.y;
-    im += v * chirp.x - u * chirp.y;
+    im += side * (v * chirp.x - u * chirp.y);
     const floatv inverse = 1.0f / sqrt(fmax(re * re + im * im, (floatv)(1e-30f)));
     store_some_complex(re * inverse, im * inverse, samples + i, aperture_nx - i);
   }

@@ -21,10 +21,11 @@ typedef struct {
   int hidden;
   int column;
   int row;
-  int rank;             // number of the next source
-  float nearest_image;  // these three are negative before the hologram
-  float farthest_image;
-  float folded_image;  // where light near caustics shines from
+  int rank;               // number of the next source
+  float nearest_image;    // distance of virtual points, at least
+  float farthest_before;  // negative; 0: none are before the hologram
+  float farthest_beyond;
+  float folded_image;  // where light near caustics shines from; negative before the hologram
 } PathCell;
 
 // The path of a sample from the window's centre to its source, and its derivatives.
@@ -124,10 +125,12 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
   const float mx = 1.0f - dx * dx, my = 1.0f - dy * dy, mxy = -dx * dy;
   const float rate = (chief->bend[0] * mx + 2.0f * chief->bend[1] * mxy + chief->bend[2] * my) /
                      (mx * mx + 2.0f * mxy * mxy + my * my);
-  const float farthest = cell->farthest_image * q, nearest = cell->nearest_image * q;
-  chief->distance = rate * farthest > 1.0f
-                        ? copysign(fmax(fabs(1.0f / rate), fabs(nearest)), farthest)
-                        : farthest;
+  const bool is_before =
+      cell->farthest_before < 0.0f && (rate < 0.0f || cell->farthest_beyond == 0.0f);
+  const float farthest = (is_before ? cell->farthest_before : cell->farthest_beyond) * q,
+              nearest = cell->nearest_image * q;
+  chief->distance =
+      rate * farthest > 1.0f ? copysign(fmax(fabs(1.0f / rate), nearest), farthest) : farthest;
 
   // How the end's direction turns, and with it the area that is seen
   for (int axis = 0; axis < 2; ++axis) {

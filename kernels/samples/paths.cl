@@ -14,10 +14,10 @@
 //             ones; their paths from packed_paths[first[i].z] on
 //
 // All rays of a cell that meet the same sequence of surfaces are followed together, a packet of
-// RAYWAVE_LANES rays at a time. fit: path_layout.h. nearest_image, farthest_image: depths between
-// which virtual points are kept, by their distance from the hologram; negative before it, where
-// rays start beyond the whole scene and come to the window last. folded_image: the depth of those
-// near caustics. OpenCL C 1.2.
+// RAYWAVE_LANES rays at a time. fit: path_layout.h. nearest_image, farthest_before,
+// farthest_beyond: depths between which virtual points are kept, negative before the hologram; 0:
+// none are on that side. Rays start before the whole scene. folded_image: the depth of those near
+// caustics. OpenCL C 1.2.
 #include "kernels/common/hash.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
@@ -292,9 +292,9 @@ CALLED void add_bundles(const SceneArrays* scene, const Lattice* lattice,
 }
 
 __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
-                         float farthest_image, float folded_image, __global const float* fit,
-                         __global const int2* cells, int cell_count, int slots,
-                         __global int2* counts, __global Sample* samples,
+                         float farthest_before, float farthest_beyond, float folded_image,
+                         __global const float* fit, __global const int2* cells, int cell_count,
+                         int slots, __global int2* counts, __global Sample* samples,
                          __global uint* visibility_masks, __global SamplePath* paths) {
   const int number = (int)get_global_id(0);
   if (number >= cell_count) return;
@@ -311,7 +311,8 @@ __kernel void find_paths(SCENE_PARAMETERS, Lattice lattice, float nearest_image,
                    cells[number].x / lattice.nx,
                    cells[number].y,
                    nearest_image,
-                   farthest_image,
+                   farthest_before,
+                   farthest_beyond,
                    folded_image};
   Bundle waiting[MOST_WAITING];
   waiting[0].sequence.length = 0;

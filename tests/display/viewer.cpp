@@ -15,7 +15,7 @@ std::uint32_t brightest(const test::Screenshot& shot) {
 
 }  // namespace
 
-TEST_CASE("view shows a scene, follows keys and mouse, and ends") {
+TEST_CASE("view shows a scene, follows keys and mouse, and ends", "[slow]") {
   if (!test::XServer::has_one() || !test::has_program("xdotool"))
     return test::skip("view in a window", "xvfb and xdotool", true);
   const test::XServer server(800, 600);

@@ -30,7 +30,7 @@ std::vector<Setup> setups() {
     Setup s;
     s.optics = {size, {3.74 * um, 3.74 * um}, 638e-9, 9 * um};
     const glm::ivec2 pixels = size - glm::ivec2(6, 4);
-    for (const double z : {0.9 * mm, 1.6 * mm}) {
+    for (const double z : {0.9 * mm, 1.6 * mm, -1.3 * mm}) {
       s.keys.push_back(key_at(z, {0, 0}, {1, 1}, pixels, s.optics.pitch_m));
       s.keys.push_back(key_at(z, {0.31, -0.22}, {0.5, 0.5}, pixels, s.optics.pitch_m));
       s.keys.push_back(key_at(z, {-0.9, 0.6}, {0.4, 0.7}, {20, 15}, {7 * um, 6 * um}));
@@ -100,7 +100,7 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
         for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
           for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
             const double expected =
-                direct_intensity(s.optics, h, grid.z_m, {grid.x_m(x), grid.y_m(y)});
+                direct_intensity(s.optics, h, s.keys[key].z_m, {grid.x_m(x), grid.y_m(y)});
             const double got =
                 std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x]));
             worst = std::max(worst, std::abs(got - expected));
@@ -184,6 +184,7 @@ DEVICE_TEST(
   const std::pair<Optics, Key> cases[] = {
       {usual, key_at(z_m, {0, 0}, {1, 1}, {100, 50}, usual.pitch_m)},
       {usual, key_at(z_m, {0.4, -0.2}, {0.5, 0.6}, {110, 60}, usual.pitch_m)},
+      {usual, key_at(-z_m, {0.4, -0.2}, {0.5, 0.6}, {110, 60}, usual.pitch_m)},
       {steep, key_at(near_m, {0, 0}, {1, 1}, {200, 90}, steep.pitch_m)}};
   for (auto [optics, key] : cases) {
     const auto n = optics.size;
@@ -297,9 +298,10 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
               const Complex change = Complex(back[static_cast<std::size_t>(row) * pitch + column]) *
                                      std::conj(Complex(columns[column]) * Complex(rows[row])) *
                                      unitary;
-              const auto x =
+              auto x =
                   Complex(field.samples[static_cast<std::size_t>(open.first.y + row) * field.nx +
                                         open.first.x + column]);
+              if (grid.side < 0) x = std::conj(x);
               right += x * std::conj(change);
             }
           }

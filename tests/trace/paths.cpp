@@ -83,8 +83,7 @@ struct PathErrors {
 PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& field,
                      const std::vector<reference::PerfectSurface>& surfaces) {
   PathErrors errors;
-  const bool is_before = rig.plan.extent.far_m < 0;
-  const double start_m = is_before ? rig.plan.extent.near_m - 1 * mm : 0, side = is_before ? -1 : 1;
+  const double start_m = rig.plan.extent.near_m < 0 ? rig.plan.extent.near_m - 1 * mm : 0;
   const auto paths = rig.table.paths.read();
   const auto& plan = rig.plan;
   Random random(5);
@@ -127,6 +126,7 @@ PathErrors errors_of(const Rig& rig, const std::vector<std::complex<float>>& fie
       const double amplitude =
           std::sqrt(s.radiance * light(*solved) / light(*chief)) * s.weight / glm::length(v);
       // Before the hologram, light converges to the virtual point, and phases turn back
+      const double side = v.z < 0 ? -1 : 1;
       const double turns = (solved->optical_m - chief->optical_m + side * glm::length(v)) /
                                plan.hologram.wavelength_m +
                            side * reference::phase_turns_of_key(s.key, 1);
@@ -307,7 +307,9 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
     std::vector<reference::PerfectSurface> surfaces;
   };
   std::vector<Case> cases;
-  const double shift_m = GENERATE(0.0, -40 * mm);  // before the hologram, too
+  // Beyond the hologram, before it, and there with a sheet on the other side
+  const double shift_m = GENERATE(0.0, -40 * mm);
+  const bool is_alone = shift_m == 0 || GENERATE(true, false);
   const auto stage_of = [&] {
     auto stage = bench(Bounces::paths);
     stage.scene.hologram = {{384, 384}, {3.74e-6, 3.74e-6}, 638e-9};
@@ -353,7 +355,8 @@ DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those
     cases.push_back(std::move(c));
   }
   for (auto& c : cases) {
-    CAPTURE(c.name, shift_m);
+    CAPTURE(c.name, shift_m, is_alone);
+    if (!is_alone) c.stage.add(sheet_aside(), dark());
     c.stage.scene.trace.depth = static_cast<int>(c.surfaces.size());
     Rig rig(device, c.stage, Method::points, false);
     darken_direct(rig);
