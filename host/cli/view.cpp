@@ -112,7 +112,8 @@ private:
   double depth_m_, height_m_;
 };
 
-std::string title_of(const std::string& file, const Hand& hand, const LivePicture& picture) {
+std::string title_of(const std::string& file, const Hand& hand, const LivePicture& picture,
+                     const std::vector<std::string>& notes) {
   const auto& v = hand.viewing;
   const auto eye = in_frame(v.eye, Frame::eye);
   return file + "  focus " + length_text(v.focus_m) + "  object " + std::to_string(hand.object) +
@@ -120,7 +121,7 @@ std::string title_of(const std::string& file, const Hand& hand, const LivePictur
          (v.stops != 0 ? format("  exposure %+.1f", v.stops) : "") +
          (picture.hologram_s > 0 ? format("  hologram %.0f ms", 1e3 * picture.hologram_s) : "") +
          format("  picture %.0f ms", 1e3 * picture.picture_s) +
-         (picture.notes.empty() ? "" : "  " + one_line(picture.notes.front()));
+         (notes.empty() ? "" : "  " + one_line(notes.front()));
 }
 
 /// The keys of a scene that put its objects where they were turned to.
@@ -165,6 +166,11 @@ public:
     LivePicture picture;
     std::string error;  // in place of a picture
   };
+  /// Of the picture that was made last, once nothing else is wanted.
+  std::optional<std::vector<std::string>> take_notes() {
+    const std::lock_guard lock(mutex_);
+    return std::exchange(notes_, {});
+  }
   /// Passes on what went wrong beyond what a person can mend by another view.
   std::optional<Made> take() {
     const std::lock_guard lock(mutex_);
@@ -187,8 +193,14 @@ private:
       } catch (const InputError& error) {
         made.error = error.what();
       }
+      {
+        const std::lock_guard lock(mutex_);
+        made_ = std::move(made);
+        if (wanted_) continue;
+      }
+      auto notes = scene_.notes();
       const std::lock_guard lock(mutex_);
-      made_ = std::move(made);
+      notes_ = std::move(notes);
     }
   } catch (...) {
     const std::lock_guard lock(mutex_);
@@ -200,6 +212,7 @@ private:
   std::condition_variable changed_;
   std::optional<Viewing> wanted_;
   std::optional<Made> made_;
+  std::optional<std::vector<std::string>> notes_;
   std::exception_ptr failed_;
   bool ends_ = false;
   std::thread thread_;
@@ -211,8 +224,9 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
   Hand hand(scene.start(), scene.depth_m(), scene.window_m().y);
   auto seen = hand.viewing;  // of the last picture
   const auto file = std::filesystem::path(options.scene.file).filename().string();
-  window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture));
-  for (const auto& note : picture.notes) options.report.note(note);
+  auto notes = scene.notes();
+  window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture, notes));
+  for (const auto& note : notes) options.report.note(note);
   if (options.report.prints_text()) std::fputs(keys, stdout);
   std::fflush(stdout);
   Worker worker(scene);
@@ -229,8 +243,12 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
         hand.viewing = seen;
         worker.want(seen);
       }
-      window->draw(picture.size_px, picture.rgb,
-                   made->error.empty() ? title_of(file, hand, picture) : one_line(made->error));
+      window->draw(
+          picture.size_px, picture.rgb,
+          made->error.empty() ? title_of(file, hand, picture, notes) : one_line(made->error));
+    } else if (auto newer = worker.take_notes(); newer && *newer != notes) {
+      notes = std::move(*newer);
+      window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture, notes));
     }
     if (!std::exchange(hand.saves, false)) continue;
     const auto name =
@@ -251,7 +269,7 @@ void record(const ViewArguments& options, LiveScene& scene) {
     const auto name = format("view_%05zu.png", pictures.size());
     save(out.folder() / name, picture);
     out.add(name);
-    for (const auto& note : picture.notes) options.report.note(note);
+    for (const auto& note : scene.notes()) options.report.note(note);
     pictures.push_back({{"png", name},
                         {"focus_m", viewing.focus_m},
                         {"hologram_s", picture.hologram_s},

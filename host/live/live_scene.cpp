@@ -119,7 +119,6 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<S
   for (const auto& object : scenes[0].objects)
     poses_.push_back({object.position_m, object.rotation_deg});
   shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
-  note();
   const auto spec =
       preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
   middle_m_ = spec.z_m;
@@ -129,11 +128,12 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<S
                       1);
 }
 
-void LiveScene::note() {
-  for (std::size_t i = 0; i < lasers_; ++i)
+const std::vector<std::string>& LiveScene::notes() {
+  for (std::size_t i = 0; !notes_ && i < lasers_; ++i)
     for (auto& text : of_plan_(renderer_.scene(i), world_, shown_.lasers[i].plan))
       shown_.lasers[i].notes.push_back(std::move(text));
-  notes_ = notes_of(shown_.lasers);
+  if (!notes_) notes_ = notes_of(shown_.lasers);
+  return *notes_;
 }
 
 Viewing LiveScene::start() const {
@@ -160,7 +160,7 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
     for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_.scene(i));
     shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
     move_objects(renderer_.scene(), world_);
-    note();
+    notes_.reset();
   } catch (const InputError&) {
     for (std::size_t i = 0; i < poses.size(); ++i)
       if (!(before[i] == poses_[i]))
@@ -303,7 +303,6 @@ LivePicture LiveScene::look(const Viewing& viewing) {
               bytes[each * (static_cast<std::size_t>(y) * size_px_.x + x) + (each == 3 ? c : 0)];
   }
   result.picture_s = now_s() - start_s;
-  result.notes = notes_;
   return result;
 }
 

@@ -5,6 +5,7 @@
 #include <cstdint>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -41,7 +42,6 @@ struct LivePicture {
   std::vector<std::uint8_t> rgb;  // sRGB, rows from the top
   double hologram_s = 0;          // 0: nothing had moved
   double picture_s = 0;
-  std::vector<std::string> notes;  // of the plans where objects are now
 };
 
 class LiveScene {
@@ -56,6 +56,8 @@ public:
   /// As the scene file has it, focused on its middle.
   Viewing start() const;
 
+  /// What the plans have to say where objects are now. It takes longer than a hologram.
+  const std::vector<std::string>& notes();
   /// Sides of pictures, in every plane.
   glm::dvec2 window_m() const { return window_m_; }
   /// Of the scene as it stands, at least a tenth of its distance.
@@ -70,7 +72,6 @@ public:
 
 private:
   void move(const std::vector<Viewing::Pose>& poses);
-  void note();
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
   void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,
@@ -85,7 +86,7 @@ private:
   std::size_t lasers_;
   std::vector<Viewing::Pose> poses_;
   Rendered shown_;
-  std::vector<std::string> notes_;
+  std::optional<std::vector<std::string>> notes_;
   refinement::PhaseStack levels_;
   refinement::Light light_;
   PlanNotes of_plan_;
