@@ -42,7 +42,8 @@ constexpr const char* keys =
     "drag: turn the object; with Shift or the right button: move it. Wheel: focus; with Shift:\n"
     "move the object in depth. Tab: the next object. Arrows: the eye, over the hologram. [ and ]:\n"
     "a smaller and a larger part of the hologram. H: levels beside the picture. L: what a lens\n"
-    "sees. - and =: exposure. 0: as the scene has it. S: save the picture. Q: end\n";
+    "sees. P: the next preset. R: levels refined. - and =: exposure. 0: as the scene has it.\n"
+    "S: save the picture. Q: end\n";
 
 /// What keys and mouse do.
 class Hand {
@@ -86,6 +87,10 @@ private:
       viewing.hologram = !viewing.hologram;
     else if (key == "l")
       viewing.lens = !viewing.lens;
+    else if (key == "r")
+      viewing.plans.are_refined = !viewing.plans.are_refined;
+    else if (key == "p")
+      viewing.plans.preset = after(viewing.plans.preset);
     else if (key == "0")
       viewing = start_;
     else if (const glm::dvec2 way(key == "left"    ? step
@@ -108,6 +113,12 @@ private:
     return key != "tab" && key != "s";
   }
 
+  /// Those that take a frame's time, and then as it was started.
+  static std::optional<Preset> after(std::optional<Preset> preset) {
+    if (preset == Preset::accurate) return {};
+    return preset ? static_cast<Preset>(static_cast<int>(*preset) + 1) : Preset::draft;
+  }
+
   Viewing start_;
   double depth_m_, height_m_;
 };
@@ -119,6 +130,8 @@ std::string title_of(const std::string& file, const Hand& hand, const LivePictur
   return file + "  focus " + length_text(v.focus_m) + "  object " + std::to_string(hand.object) +
          (v.part < 1 ? format("  part %.2g at (%.1f, %.1f)", v.part, eye.x, eye.y) : "") +
          (v.stops != 0 ? format("  exposure %+.1f", v.stops) : "") +
+         (v.plans.preset ? std::string("  ") + name_of(*v.plans.preset) : "") +
+         (v.plans.are_refined ? "  refined" : "") +
          (picture.hologram_s > 0 ? format("  hologram %.0f ms", 1e3 * picture.hologram_s) : "") +
          format("  picture %.0f ms", 1e3 * picture.picture_s) +
          (notes.empty() ? "" : "  " + one_line(notes.front()));
@@ -269,11 +282,14 @@ void record(const ViewArguments& options, LiveScene& scene) {
     const auto name = format("view_%05zu.png", pictures.size());
     save(out.folder() / name, picture);
     out.add(name);
-    for (const auto& note : scene.notes()) options.report.note(note);
+    // Their numbers differ from picture to picture
+    for (const auto& note : scene.notes())
+      if (pictures.empty()) options.report.note(note);
     pictures.push_back({{"png", name},
                         {"focus_m", viewing.focus_m},
                         {"hologram_s", picture.hologram_s},
-                        {"picture_s", picture.picture_s}});
+                        {"picture_s", picture.picture_s},
+                        {"notes", scene.notes()}});
   }
   const auto text = out.finish(Json{{"pictures", std::move(pictures)}});
   if (options.report.prints_text()) out.print();
@@ -295,14 +311,23 @@ void run_view(ViewArguments options) {
   auto scenes = options.scene.load_all(options.report);
   const cl::Device device(options.device.info());
   auto world = build_world(scenes[0]);
-  if (const auto goal = options.goal.goal(); goal.any()) {
-    const auto planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
-    for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
-  }
-  LiveScene scene(device, options.device.backend(device.info()), std::move(scenes),
-                  std::move(world), [](const Scene& of, const World& where, const Plan& plan) {
-                    return render_warnings({}, of, where, plan);
-                  });
+  const auto started = options.goal.goal();
+  const auto scenes_for = [&](const Viewing::Plans& plans, const World& placed) {
+    auto chosen = scenes;
+    constexpr int at_pace_of_frames = 4;
+    for (auto& one : chosen)
+      if (plans.are_refined) one.refine.emplace().iterations = at_pace_of_frames;
+    auto goal = started;
+    if (plans.preset) goal = {plans.preset, {}, {}};
+    if (!goal.any()) return chosen;
+    const auto planned = plan_scenes(chosen, placed, figures_of(device.info()), goal, false);
+    for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = planned[i].scene;
+    return chosen;
+  };
+  LiveScene scene(device, options.device.backend(device.info()), std::move(world),
+                  {scenes_for, [](const Scene& of, const World& where, const Plan& plan) {
+                     return render_warnings({}, of, where, plan);
+                   }});
   if (options.record.empty())
     show_live(options, scene);
   else
@@ -321,7 +346,7 @@ void add_view(CLI::App& app) {
   options->device.add_to(*command);
   option(*command, "--record", options->record, "FILE", group::pictures,
          "No window: make the pictures of a script of [[step]]s with object, turn, move, focus, "
-         "eye, part, hologram, lens, stops and repeat");
+         "eye, part, hologram, lens, stops, preset, refined and repeat");
   add_output(*command, options->out, "saved pictures; the folder where it runs when not given");
   options->report.add_to(*command, "the pictures of --record");
   command->callback([options] { run_view(*options); });

@@ -106,19 +106,21 @@ void Viewing::Pose::turn(glm::dvec3 by_deg) {
                                          std::atan2(r[0][1], r[0][0])));
 }
 
-LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes,
-                     World world, PlanNotes of_plan, int longest)
+LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
+                     LivePlanning planning, int longest)
     : device_(device),
       fft_(fft),
-      world_(world),
-      renderer_(device, scenes, std::move(world), options_of(fft, scenes.size())),
-      lasers_(scenes.size()),
+      planning_(std::move(planning)),
+      world_(std::move(world)),
       levels_(device),
-      light_(device, fft),
-      of_plan_(std::move(of_plan)) {
+      light_(device, fft) {
+  const auto scenes = planning_.scenes_for(plans_, world_);
+  lasers_ = scenes.size();
+  renderer_.emplace(device_, scenes, world_, options_of(fft, lasers_));
   for (const auto& object : scenes[0].objects)
-    poses_.push_back({object.position_m, object.rotation_deg});
-  shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
+    start_.push_back({object.position_m, object.rotation_deg});
+  poses_ = start_;
+  shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
   const auto spec =
       preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
   middle_m_ = spec.z_m;
@@ -130,7 +132,7 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<S
 
 const std::vector<std::string>& LiveScene::notes() {
   for (std::size_t i = 0; !notes_ && i < lasers_; ++i)
-    for (auto& text : of_plan_(renderer_.scene(i), world_, shown_.lasers[i].plan))
+    for (auto& text : planning_.notes_of(renderer_->scene(i), world_, shown_.lasers[i].plan))
       shown_.lasers[i].notes.push_back(std::move(text));
   if (!notes_) notes_ = notes_of(shown_.lasers);
   return *notes_;
@@ -148,23 +150,40 @@ double LiveScene::depth_m() const {
   return std::max(extent.far_m - extent.near_m, std::abs(middle_m_) / 10);
 }
 
+void LiveScene::plan_anew(const Viewing::Plans& plans) {
+  const auto poses = poses_;
+  move(start_);  // plans are made for the world as it was placed
+  try {
+    const auto scenes = planning_.scenes_for(plans, world_);
+    Renderer planned(device_, scenes, world_, options_of(fft_, lasers_));
+    shown_ = rendered_of(device_, scenes, planned.render_lasers(), false);
+    renderer_.emplace(std::move(planned));
+    plans_ = plans;
+    notes_.reset();
+  } catch (const InputError&) {
+    move(poses);
+    throw;
+  }
+}
+
 void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
+  if (poses == poses_) return;
   const auto before = poses_;
   try {
     for (std::size_t i = 0; i < poses.size(); ++i) {
       if (poses[i] == poses_[i]) continue;
-      renderer_.set_solid_pose(i, poses[i].position_m, poses[i].rotation_deg);
+      renderer_->set_solid_pose(i, poses[i].position_m, poses[i].rotation_deg);
       poses_[i] = poses[i];
     }
     std::vector<Scene> scenes;
-    for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_.scene(i));
-    shown_ = rendered_of(device_, scenes, renderer_.render_lasers(), false);
-    move_objects(renderer_.scene(), world_);
+    for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_->scene(i));
+    shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
+    move_objects(renderer_->scene(), world_);
     notes_.reset();
   } catch (const InputError&) {
     for (std::size_t i = 0; i < poses.size(); ++i)
       if (!(before[i] == poses_[i]))
-        renderer_.set_solid_pose(i, before[i].position_m, before[i].rotation_deg);
+        renderer_->set_solid_pose(i, before[i].position_m, before[i].rotation_deg);
     poses_ = before;
     throw;
   }
@@ -175,13 +194,13 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
     throw InputError("focus 0: the SLM's own plane has no picture; focus before or beyond it");
   const auto& laser = shown_.lasers[number];
   const auto field = shown_field(*laser.panel, laser.levels);
-  const auto& viewer = renderer_.scene().viewer;
+  const auto& viewer = renderer_->scene().viewer;
   const auto pixel_m = window_m_ / glm::dvec2(size_px_);
   const double blur_m = eye_blur_m(viewer, viewing.focus_m);
   Image picture{size_px_.x, size_px_.y,
                 std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   if (viewer.eyepiece_m) {
-    const auto& hologram = renderer_.scene(number).hologram;
+    const auto& hologram = renderer_->scene(number).hologram;
     const auto seen = reconstruct(
         device_, fft_, field, hologram,
         {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupils_of(viewer).front()});
@@ -239,7 +258,7 @@ std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {
                 .aperture = glm::dvec2(viewing.part),
                 .points = 8,
                 .pixel_m = window_m_ / glm::dvec2(size_px_)};
-  if (const auto& viewer = renderer_.scene().viewer; viewer.eyepiece_m) {
+  if (const auto& viewer = renderer_->scene().viewer; viewer.eyepiece_m) {
     what.pupil = pupils_of(viewer).front();
     what.view = {0, 0};
     what.aperture = {1, 1};
@@ -254,14 +273,15 @@ std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {
 
 std::vector<Image> LiveScene::in_colours(std::vector<Image> light) const {
   if (lasers_ == 1) return light;
-  const auto colours = picture_of_lasers(renderer_.scene().colour->lasers, light).channels;
+  const auto colours = picture_of_lasers(renderer_->scene().colour->lasers, light).channels;
   return {colours.begin(), colours.end()};
 }
 
 LivePicture LiveScene::look(const Viewing& viewing) {
   LivePicture result;
   double start_s = now_s();
-  if (viewing.poses != poses_) {
+  if (viewing.plans != plans_ || viewing.poses != poses_) {
+    if (viewing.plans != plans_) plan_anew(viewing.plans);
     move(viewing.poses);
     result.hologram_s = now_s() - start_s;
   }
@@ -275,7 +295,7 @@ LivePicture LiveScene::look(const Viewing& viewing) {
   for (std::size_t i = 0; i < lasers_; ++i) {
     light.push_back(picture_of(i, viewing));
     if (lasers_ > 1) {
-      const auto& white = renderer_.scene().colour->lasers.white_powers;
+      const auto& white = renderer_->scene().colour->lasers.white_powers;
       for (auto& pixel : light[i].pixels)
         pixel = static_cast<float>(double{pixel} * shown_.powers[i] / white[i]);
     }

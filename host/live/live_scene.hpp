@@ -3,6 +3,7 @@
 #pragma once
 
 #include <cstdint>
+#include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
@@ -11,6 +12,7 @@
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
+#include "host/common/choices.hpp"
 #include "host/geometry/world.hpp"
 #include "host/refine/light.hpp"
 #include "host/render.hpp"
@@ -34,6 +36,19 @@ struct Viewing {
   double part = 1;
   bool hologram = false, lens = false;  // also show levels, and what an ideal lens sees
   double stops = 0;  // exposure, over that at which 99.5 % of the pixels are below white
+  struct Plans {
+    std::optional<Preset> preset{};  // empty: as it was started
+    bool are_refined = false;        // levels, at the pace of frames
+    bool operator==(const Plans&) const = default;
+  };
+  Plans plans{};
+};
+
+/// What a LiveScene is told by those who plan.
+struct LivePlanning {
+  /// Scenes of load_scenes, which share the world, with what these plans choose.
+  std::function<std::vector<Scene>(const Viewing::Plans&, const World&)> scenes_for;
+  PlanNotes notes_of;  // what is to be said of a plan
 };
 
 /// Pictures of one size side by side: levels; as an eye sees them, what they show, and a lens.
@@ -46,12 +61,10 @@ struct LivePicture {
 
 class LiveScene {
 public:
-  /// scenes   of load_scenes, which share the world
-  /// of_plan  what is to be said of a plan
   /// longest  pixels of the longer side of a picture
   /// throws   InputError for the scene, DeviceError for the device
-  LiveScene(const cl::Device& device, cl::FftBackend fft, std::vector<Scene> scenes, World world,
-            PlanNotes of_plan, int longest = 640);
+  LiveScene(const cl::Device& device, cl::FftBackend fft, World world, LivePlanning planning,
+            int longest = 640);
 
   /// As the scene file has it, focused on its middle.
   Viewing start() const;
@@ -67,10 +80,11 @@ public:
   /// exact but for what blurs them (docs/refine.md#propagation), or of reconstruct through a
   /// pupil, and blurred as the viewer sees it.
   ///
-  /// throws  InputError where an object or the focus cannot be there; all stays as it was
+  /// throws  InputError where an object, the focus or plans cannot be so; all stays as it was
   LivePicture look(const Viewing& viewing);
 
 private:
+  void plan_anew(const Viewing::Plans& plans);
   void move(const std::vector<Viewing::Pose>& poses);
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
@@ -81,15 +95,16 @@ private:
 
   cl::Device device_;
   cl::FftBackend fft_;
+  LivePlanning planning_;
   World world_;
-  Renderer renderer_;
-  std::size_t lasers_;
-  std::vector<Viewing::Pose> poses_;
+  std::optional<Renderer> renderer_;
+  std::size_t lasers_ = 1;
+  Viewing::Plans plans_;
+  std::vector<Viewing::Pose> start_, poses_;
   Rendered shown_;
   std::optional<std::vector<std::string>> notes_;
   refinement::PhaseStack levels_;
   refinement::Light light_;
-  PlanNotes of_plan_;
   glm::ivec2 size_px_{1, 1};
   glm::dvec2 window_m_{1, 1};
   double middle_m_ = 0.1;

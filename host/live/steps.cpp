@@ -36,6 +36,13 @@ std::vector<Viewing> read_steps(const std::filesystem::path& file, const Viewing
     section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
     section.read("lens", [&](const Value& v) { viewing.lens = v.boolean(); });
     section.read("stops", [&](const Value& v) { viewing.stops = v.number(between(-20, 20)); });
+    section.read("preset", [&](const Value& v) {
+      viewing.plans.preset = v.choice<Preset>({{"draft", Preset::draft},
+                                               {"balanced", Preset::balanced},
+                                               {"accurate", Preset::accurate},
+                                               {"reference", Preset::reference}});
+    });
+    section.read("refined", [&](const Value& v) { viewing.plans.are_refined = v.boolean(); });
     section.read("repeat", [&](const Value& v) { repeat = v.integer(1, 100000); });
     section.finish();
     for (int i = 0; i < repeat; ++i) {

@@ -11,7 +11,7 @@ namespace raywave {
 
 /// What is seen after each [[step]] of a TOML file, `repeat` times each: `object` is turned by
 /// `turn` (Pose::turn) and moved by `move`; `focus`, `eye` (as a viewer sees it, like --view),
-/// `part`, `hologram`, `lens` and `stops` are those of Viewing from then on.
+/// `part`, `hologram`, `lens`, `stops`, `preset` and `refined` are those of Viewing from then on.
 ///
 /// start   before the first step
 /// throws  InputError with file and line

@@ -21,12 +21,22 @@ std::vector<Scene> scenes_of(std::vector<std::string> set = {}) {
   return load_scenes(study_file, set);
 }
 
+/// Drafts are coarser, and there are no references.
 LiveScene live(const cl::Device& device, const std::vector<Scene>& scenes) {
+  const auto scenes_for = [scenes](const Viewing::Plans& plans, const World&) {
+    if (plans.preset == Preset::reference) throw InputError("no reference");
+    auto chosen = scenes;
+    for (auto& scene : chosen) {
+      if (plans.preset) scene.sampling.pitch_m = 40e-6;
+      if (plans.are_refined) scene.refine.emplace().iterations = 4;
+    }
+    return chosen;
+  };
   return {device,
           cl::default_backend(device.info()),
-          scenes,
           build_world(scenes[0]),
-          [](const Scene&, const World&, const Plan&) { return std::vector<std::string>(); },
+          {scenes_for,
+           [](const Scene&, const World&, const Plan&) { return std::vector<std::string>(); }},
           48};
 }
 
@@ -131,6 +141,31 @@ DEVICE_TEST("a scene that was turned and turned back looks as at first, and in b
   viewing.poses[0].rotation_deg.y -= 30;
   viewing.poses[0].position_m.x -= 0.1 * mm;
   CHECK(mean_difference(scene.look(viewing).rgb, first.rgb) < 1);
+}
+
+DEVICE_TEST("plans chosen while a turned scene is seen show what they show from the start") {
+  const auto scenes = scenes_of();
+  auto scene = live(device, scenes);
+  const auto first = scene.look(scene.start());
+  auto viewing = scene.start();
+  viewing.poses[0].turn({0, 30, 0});
+  const auto turned = scene.look(viewing);
+  viewing.plans = {Preset::draft, true};
+  const auto seen = scene.look(viewing);
+
+  auto coarse = scenes;
+  coarse[0].sampling.pitch_m = 40e-6;
+  coarse[0].refine.emplace().iterations = 4;
+  auto other = live(device, coarse);
+  viewing.plans = {};
+  CHECK(mean_difference(other.look(viewing).rgb, seen.rgb) < 0.5);
+  CHECK(mean_difference(turned.rgb, seen.rgb) > 2);
+  // A plan that cannot be leaves everything as it was
+  viewing.plans = {Preset::reference, false};
+  CHECK_THROWS_AS(scene.look(viewing), InputError);
+  viewing.plans = {Preset::draft, true};
+  CHECK(mean_difference(scene.look(viewing).rgb, seen.rgb) < 0.5);
+  CHECK(mean_difference(scene.look(scene.start()).rgb, first.rgb) < 0.5);
 }
 
 TEST_CASE("poses turn as seen: about the hologram's axes, whatever they were turned by before") {
