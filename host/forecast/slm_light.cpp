@@ -174,9 +174,7 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
     for (int axis = 0; axis < 2 && !profile.picture; ++axis)
       light.on_hologram *=
           std::erf(std::numbers::sqrt2 * plan.window_m()[axis] / profile.diameter_m[axis]);
-    const auto beam = amplitudes_of(profile, hologram.size, hologram.pitch_m);
-    const double least = *std::min_element(beam.begin(), beam.end());
-    light.darkest = least * least;
+    light.darkest = darkest_of(profile, hologram.size, hologram.pitch_m);
   }
   if (slm.fill) {
     const auto fill = *slm.fill;

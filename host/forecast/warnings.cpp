@@ -271,10 +271,11 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   // Amplitudes are those that the darkest pixel shows, too
   constexpr double dim = 0.25;
   if (slm_light.darkest < dim && plan.slm.encoding != Encoding::phase)
-    warn("slm.encoding \"" + std::string(name_of(plan.slm.encoding)) +
-         "\" dims the picture to what the darkest pixel of illumination.profile shows, " +
+    warn("slm.encoding \"" + std::string(name_of(plan.slm.encoding)) + "\" " +
+         (slm_light.darkest < least_darkest ? "loses the picture in haze" : "dims the picture") +
+         ": it knows no amplitudes above what the darkest pixel of illumination.profile shows, " +
          percent_text(slm_light.darkest) +
-         " of the mean: a wider beam loses less, and so does slm.encoding \"phase\", or [refine]");
+         " of the mean; a wider beam loses less, and so does slm.encoding \"phase\", or [refine]");
   if (is_near_hologram(plan) && plan.slm.encoding == Encoding::double_phase && !plan.slm.stop &&
       !scene.viewer.eyepiece_m)
     warn(

@@ -66,17 +66,17 @@ double share_beyond(double side_a, double side_b, double limit) {
 namespace {
 
 /// Depths of surfaces on one side of the hologram, by their distance.
-struct Side {
+struct OneSide {
   double sign, near_m, far_m;
 };
 
-std::vector<Side> sides_of(const Plan& plan) {
+std::vector<OneSide> sides_of(const Plan& plan) {
   const auto& extent = plan.extent;
   if (extent.near_m > 0) return {{1, extent.near_m, extent.far_m}};
   if (extent.far_m < 0) return {{-1, -extent.far_m, -extent.near_m}};
-  std::vector<Side> sides;
+  std::vector<OneSide> sides;
   for (const double sign : {-1, 1}) {
-    Side side{sign, sign < 0 ? -extent.near_m : extent.far_m, 0};
+    OneSide side{sign, sign < 0 ? -extent.near_m : extent.far_m, 0};
     for (const auto& layer : plan.layers) {
       if (layer.distance_m * sign < 0) continue;
       side.near_m = std::min(side.near_m, std::max(layer.closest_m(), extent.closest_m));
@@ -88,7 +88,7 @@ std::vector<Side> sides_of(const Plan& plan) {
 }
 
 /// Of a scene before the hologram, as of its mirror image beyond it.
-std::vector<double> depths_of_side_m(const Plan& plan, const Side& side, double blur_m) {
+std::vector<double> depths_of_side_m(const Plan& plan, const OneSide& side, double blur_m) {
   const auto window_m = plan.window_m();
   const double hologram_m = std::max(window_m.x, window_m.y);
   const auto held_m = [&](double z_m) { return held_blurs * blur_m * z_m / hologram_m; };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <limits>
 
 #include "host/carriers/virtual_planes/planning/errors.hpp"
 #include "host/carriers/virtual_planes/planning/planes.hpp"
@@ -92,6 +93,21 @@ double share_of_band(const World& world, glm::dvec2 largest_sine) {
   return std::sqrt(filled.x * filled.y);
 }
 
+/// The object with the place nearest to the hologram's plane.
+std::size_t nearest_object(const World& world) {
+  std::size_t nearest = 0;
+  double least_m = std::numeric_limits<double>::infinity();
+  for (std::size_t i = 0; i < world.triangles.size(); ++i) {
+    const auto corners = world.corners_m(i);
+    const auto [low, high] = std::minmax({corners[0].z, corners[1].z, corners[2].z});
+    const double away_m = low <= 0 && high >= 0 ? 0 : std::min(std::abs(low), std::abs(high));
+    if (away_m >= least_m) continue;
+    least_m = away_m;
+    nearest = static_cast<std::size_t>(world.triangle_object[i]);
+  }
+  return nearest;
+}
+
 /// Says what does not know surfaces before the hologram.
 ///
 /// throws  InputError naming it
@@ -106,10 +122,18 @@ void require_known_sides(const Scene& scene, const World& world, const Plan& pla
     refuse(
         "fans of WRPs before all of it show what is far from these too dark; give sampling.mode "
         "\"aimed\", or --method rays");
+  const auto refuse_near = [&](const std::string& what) {
+    const auto object = nearest_object(world);
+    const auto window = plan.window_m();
+    throw InputError((object < scene.objects.size() ? scene.objects[object].where
+                                                    : one_line(scene.file.string())) +
+                     ": it touches the hologram: " + what + "; move it so that all of it is " +
+                     millimetres(near_hologram * std::max(window.x, window.y)) + " away or more");
+  };
   if (plan.has_specular_samples() && is_near)
-    refuse("mirrors and glass are not followed near it; give trace.depth 0, or move the scene");
+    refuse_near("mirrors and glass are not followed in a scene that does");
   if (scene.refine && !scene.viewer.eyepiece_m && is_near)
-    refuse("[refine] knows pictures apart from it, or behind an eyepiece; leave it out");
+    refuse_near("[refine] shows no pictures there, but behind an eyepiece");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&
       (scene.wrp.distances_m.front() > 0 ||
        (plan.extent.far_m > 0 && scene.wrp.distances_m.back() < 0)))
@@ -128,11 +152,12 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
     auto narrowest = plan;
     if (scene.colour)
       narrowest.hologram.largest_sine = largest_sine_of(scene.colour->shortest_m(), plan);
+    const bool is_dim = darkest_of(plan.slm.illumination.profile, plan.hologram.size,
+                                   plan.hologram.pitch_m) < least_darkest;
     const bool is_even =
-        !is_near &&
         share_of_band(world, narrowest.hologram.largest_sine) > most_filled_by_double_phase &&
         share_lit_by_scene(world, narrowest) > least_lit_by_phases;
-    plan.slm.encoding = is_even ? Encoding::phase : Encoding::double_phase;
+    plan.slm.encoding = !is_near && (is_even || is_dim) ? Encoding::phase : Encoding::double_phase;
     if (moved_from && !is_near) plan.slm.encoding = moved_from->slm.encoding;
   }
   if (scene.refine) {

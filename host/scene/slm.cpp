@@ -278,6 +278,16 @@ std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
   return amplitudes;
 }
 
+double darkest_of(const BeamProfile& profile, glm::ivec2 size_px, glm::dvec2 pitch_m) {
+  if (profile.is_even()) return 1;
+  // Beams are smooth: as many places tell it
+  const auto places = glm::min(size_px, glm::ivec2(512));
+  const auto beam =
+      amplitudes_of(profile, places, pitch_m * glm::dvec2(size_px) / glm::dvec2(places));
+  const double least = *std::min_element(beam.begin(), beam.end());
+  return least * least;
+}
+
 double amplitude_of_pixel(double fill, double cycles_per_pixel) {
   const double t = std::numbers::pi * fill * cycles_per_pixel;
   return fill * (t == 0 ? 1 : std::sin(t) / t);

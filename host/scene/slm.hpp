@@ -115,6 +115,14 @@ struct BeamProfile {
 std::vector<float> amplitudes_of(const BeamProfile& profile, glm::ivec2 size_px,
                                  glm::dvec2 pitch_m);
 
+/// Light of the darkest pixel, over the mean.
+double darkest_of(const BeamProfile& profile, glm::ivec2 size_px, glm::dvec2 pitch_m);
+
+/// Amplitudes that a pixel gives back reach no farther than the darkest one's. Below this light of
+/// it, over the mean, phases alone show more: of a teapot, 1.1 dB at 0.6 % and 18 dB at 0.02 %;
+/// double phase 1.4 dB more at 3 %.
+constexpr double least_darkest = 0.01;
+
 /// Amplitude that a pixel which shines over the share `fill` of its pitch sends into a direction,
 /// over that of a point, along one axis.
 double amplitude_of_pixel(double fill, double cycles_per_pixel);

@@ -64,6 +64,9 @@ CALLED bool find_chief(const SceneArrays* scene, const Lattice* lattice, const P
              LANES_INDEX >= 0, &f, &by);
   follow(scene, lattice, sequence, true, &f, &by);
   if (!LANES_ANY(f.found)) return false;
+  // A layer behind another one of the same material is not the first that has it
+  f.nearest = fmax(f.nearest, (floatv)(surface_layer->from));
+  if (surface_layer->from > 0.0f) f.first = LANES_INDEX < 0;
   const Hits hits =
       meet_material(scene, surface_layer->material, lattice->layer_gap, lattice->reach, true, &f);
   if (!LANES_ANY(f.found)) return false;

@@ -80,6 +80,7 @@ typedef struct {
   float3 place;
   float3 normal;
   int ray;     // the part that it goes through
+  float from;  // > 0: that ray meets another layer before; midway to it
   bool whole;  // all that has the material
 } BundleLayer;
 
@@ -93,13 +94,17 @@ static inline bool next_layer(const SceneArrays* scene, const Bundle* bundle, co
       const Followed* f = bundle->rays + packet;
       const Vector at = vector_along(f->place, f->direction, layers->t[i]);
       int triangle[RAYWAVE_LANES];
-      float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES];
+      float x[RAYWAVE_LANES], y[RAYWAVE_LANES], z[RAYWAVE_LANES], t[RAYWAVE_LANES],
+          nearest[RAYWAVE_LANES];
       LANES_STORE(layers->triangle[i], triangle);
       LANES_STORE(at.x, x);
       LANES_STORE(at.y, y);
       LANES_STORE(at.z, z);
+      LANES_STORE(layers->t[i], t);
+      LANES_STORE(met->nearest[packet], nearest);
       for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
         if (triangle[lane] < 0) continue;
+        surface_layer->from = t[lane] > nearest[lane] ? 0.5f * (t[lane] + nearest[lane]) : 0.0f;
         surface_layer->material = scene->tree.triangles[triangle[lane]].material;
         surface_layer->place = (float3)(x[lane], y[lane], z[lane]);
         surface_layer->normal = normalize(triangle_cross(&scene->tree, triangle[lane]));
@@ -135,7 +140,8 @@ static inline intv lies_on(const SceneArrays* scene, const BundleLayer* surface_
   return LANES_LOAD(lies) != 0;
 }
 
-// Removes a surface layer's hits from those of a bundle, one for each ray.
+// Removes a surface layer's hits from those of a bundle, and gives the first of each ray. Where a
+// surface turns away, a ray meets it again in nearly the same plane: that is no other layer.
 CALLED void claim_layer(const SceneArrays* scene, const Lattice* lattice,
                         const BundleLayer* surface_layer, const Bundle* bundle, Met* met,
                         Hits* claimed) {
@@ -146,16 +152,17 @@ CALLED void claim_layer(const SceneArrays* scene, const Lattice* lattice,
     hits.t = hits.u = hits.v = 0.0f;
     hits.triangle = -1;
     for (int i = 0; i < BVH_LAYERS; ++i) {
-      const intv open = (layers->triangle[i] >= 0) & (hits.triangle < 0);
+      const intv open = layers->triangle[i] >= 0;
       if (!LANES_ANY(open)) continue;
-      const intv take =
+      const intv lies =
           open & lies_on(scene, surface_layer, vector_along(f->place, f->direction, layers->t[i]),
                          LANES_SELECT((intv)(-1), layers->triangle[i], open), lattice->layer_gap);
+      const intv take = lies & (hits.triangle < 0);
       hits.t = LANES_SELECT(hits.t, layers->t[i], take);
       hits.triangle = LANES_SELECT(hits.triangle, layers->triangle[i], take);
       hits.u = LANES_SELECT(hits.u, layers->u[i], take);
       hits.v = LANES_SELECT(hits.v, layers->v[i], take);
-      layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), take);
+      layers->triangle[i] = LANES_SELECT(layers->triangle[i], (intv)(-1), lies);
     }
     claimed[packet] = hits;
   }

@@ -299,6 +299,25 @@ TEST_CASE("a plane mirror shows textures, slopes, holes and all lights of the mi
   }
 }
 
+TEST_CASE("a plane mirror shows an open tube as bright at its edges as in the middle") {
+  // Rays there meet the wall again on its inner side, which nothing sees
+  const dvec3 middle(0, 0, 20e-3), n = glm::normalize(dvec3(0.5, 0, -1));
+  const auto mirrored = [&](dvec3 p) { return p - 2 * glm::dot(p - middle, n) * n; };
+  auto image = grid(48, 4, [&](double s, double t) {
+    const double turn = 2 * std::numbers::pi * s;
+    return dvec3(0.3e-3 * std::cos(turn), 0.8e-3 * (t - 0.5), 21.5e-3 + 0.3e-3 * std::sin(turn));
+  });
+  auto tube = image;
+  for (auto& p : tube.positions) p = mirrored(p);
+  auto with_mirror = bench(Bounces::points), direct = bench(Bounces::points);
+  with_mirror.scene.sampling.antialias = direct.scene.sampling.antialias = 4;
+  with_mirror.add(rectangle(middle, {1e-3, 0, 0.5e-3}, {0, 0.8e-3, 0}), mirror())
+      .add(tube, glowing())
+      .add(sheet_aside(), dark());
+  direct.add(image, glowing()).add(sheet_aside(), dark());
+  check_mirrored(with_mirror, direct, 0.98);
+}
+
 DEVICE_TEST("fitted paths over a convex mirror, a slab and glass balls are those that are solved") {
   struct Case {
     const char* name;
