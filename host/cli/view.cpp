@@ -93,15 +93,11 @@ private:
       viewing.plans.preset = after(viewing.plans.preset);
     else if (key == "0")
       viewing = start_;
-    else if (const glm::dvec2 way(key == "left"    ? step
-                                  : key == "right" ? -step
-                                                   : 0,
-                                  key == "up"     ? step
-                                  : key == "down" ? -step
-                                                  : 0);
+    else if (const glm::dvec2 way((key == "left") - (key == "right"),
+                                  (key == "up") - (key == "down"));
              way != glm::dvec2(0)) {
       viewing.part = std::min(viewing.part, 0.5);  // an eye does not see through all of it
-      eye += way;
+      eye += step * way;
     } else if (key == "[" || key == "]")
       viewing.part = std::clamp(viewing.part * (key == "[" ? 0.8 : 1.25), 0.05, 1.0);
     else if (key == "-" || key == "=")

@@ -127,11 +127,12 @@ void require_known_sides(const Scene& scene, const World& world, const Plan& pla
     const auto window = plan.window_m();
     throw InputError((object < scene.objects.size() ? scene.objects[object].where
                                                     : one_line(scene.file.string())) +
-                     ": it touches the hologram: " + what + "; move it so that all of it is " +
+                     ": it comes too near to the hologram: " + what +
+                     "; move it so that all of it is " +
                      millimetres(near_hologram * std::max(window.x, window.y)) + " away or more");
   };
   if (plan.has_specular_samples() && is_near)
-    refuse_near("mirrors and glass are not followed in a scene that does");
+    refuse_near("mirrors and glass are not followed there");
   if (scene.refine && !scene.viewer.eyepiece_m && is_near)
     refuse_near("[refine] shows no pictures there, but behind an eyepiece");
   if (!scene.wrp.distances_m.empty() && method == Method::wrp &&

@@ -23,8 +23,8 @@ struct PerfectSurface {
 /// The path of light from a point to a place on the hologram, followed backwards.
 struct SolvedPath {
   glm::dvec2 tangents{0};  // at the hologram, of the way back
-  double optical_m =
-      0;  // from the hologram on; negative where the light converges to a point before it
+  // From the hologram on; negative where the light converges to a point before it
+  double optical_m = 0;
   double share = 1;       // by Fresnel's formulas; mirrors reflect all
   glm::dvec3 arrival{0};  // direction of the way back at the point, unit length
   double spread_m2 = 0;   // |d (point, across the path) / d (tangents)|

@@ -188,7 +188,7 @@ glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
                                        std::abs(grid.z_m / grid.distance_m)
                                  : glm::dvec2(grid.open.size) * optics.pitch_m,
              picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
-             turned_m = grid.z_m * optics.wavelength_m * (1.0 * grid.side) * source.per_m;
+             turned_m = grid.z_m * optics.wavelength_m * source.per_m;
   return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
                    change * change *
                        ((open_m * open_m + picture_m * picture_m) / 12.0 + turned_m * turned_m));

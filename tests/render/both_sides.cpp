@@ -164,7 +164,7 @@ TEST_CASE("what does not know z < 0 says so") {
   auto fans = striped_cards();
   fans.scene.sampling.mode = SamplingMode::fan;
   CHECK_SAYS(refusal_of(fans), "z = -40 mm", "aimed");
-  CHECK_SAYS(refusal_of(mirror), "touches the hologram", "mirrors and glass", "0.256 mm away");
+  CHECK_SAYS(refusal_of(mirror), "too near to the hologram", "mirrors and glass", "0.256 mm away");
   CHECK_SAYS(refusal_of(refined), "[refine]");
   CHECK_SAYS(refusal_of(distance), "wrp.distance");
 }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <numbers>
 #include <numeric>
 #include <set>
@@ -167,10 +166,8 @@ void choose_for_highlights(const Plan& plan, bool lines_are_given, VirtualPlanes
 int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
   const double tolerance = plan.virtual_planes()->lines_tolerance;
   const auto half_m = plan.tile_window_m() / 2.0;
-  const auto r = [&](double u, double v) {
-    return glm::length(glm::dvec3(u - at_m.x, v - at_m.y, at_m.z));
-  };
-  const auto c = [&](double u, double v) { return glm::length(glm::dvec3(u, v, z0_m)); };
+  const auto r = [&](double u, double v) { return std::hypot(u - at_m.x, v - at_m.y, at_m.z); };
+  const auto c = [&](double u, double v) { return std::hypot(u, v, z0_m); };
   double odd = 0, even = 0;  // radians
   for (const double u : {-half_m.x, half_m.x}) {
     const auto coupled = [&](double v) {
