@@ -18,6 +18,7 @@
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/geometry/world.hpp"
+#include "host/planning/assess.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/preview.hpp"
@@ -40,7 +41,9 @@ using Lasers = std::vector<Plan>;
 
 Lasers plans_of(const std::vector<Scene>& scenes, const World& world) {
   Lasers plans;
-  for (const auto& scene : scenes) plans.push_back(make_plan(scene, world));
+  for (const auto& scene : scenes)
+    plans.push_back(
+        make_plan(scene, world, shows_lens_alone(scene, world) ? Method::rays : Method::wrp));
   return plans;
 }
 
@@ -87,6 +90,8 @@ void run_lens(const LensArguments& options) {
   const auto all = static_cast<double>(plans.size());
   const auto pupils =
       options.pupil.pupils(scenes[0].viewer, options.view.frame.frame(), options.view.is_part());
+  note_beyond_eyebox(options.report, pupils, scenes[0].viewer, scenes[0].hologram,
+                     options.view.frame.frame());
   const std::size_t count = depths_m.size() * pupils.size();
   for (std::size_t picture = 0; picture < count; ++picture) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();

@@ -124,12 +124,11 @@ void require_known_sides(const Scene& scene, const World& world, const Plan& pla
         "\"aimed\", or --method rays");
   const auto refuse_near = [&](const std::string& what) {
     const auto object = nearest_object(world);
-    const auto window = plan.window_m();
     throw InputError((object < scene.objects.size() ? scene.objects[object].where
                                                     : one_line(scene.file.string())) +
                      ": it comes too near to the hologram: " + what +
-                     "; move it so that all of it is " +
-                     millimetres(near_hologram * std::max(window.x, window.y)) + " away or more");
+                     "; move it so that all of it is " + millimetres(near_distance_m(plan)) +
+                     " away or more");
   };
   if (plan.has_specular_samples() && is_near)
     refuse_near("mirrors and glass are not followed there");
@@ -219,19 +218,32 @@ void divide_as_asked(const Scene& scene, Method method, const Plan* moved_from, 
   divide(plan, tiles, scene.wrp.padding);
 }
 
+/// Mirrors or glass that light goes on from.
+bool has_bounces(const Scene& scene, const World& world) {
+  return scene.trace.depth != 0 &&
+         lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
+}
+
 }  // namespace
 
 bool crosses_hologram(const World& world) { return world.min_m.z <= 0 && world.max_m.z >= 0; }
+
+double near_distance_m(const Plan& plan) {
+  const auto window_m = plan.window_m();
+  return near_hologram * std::max(window_m.x, window_m.y);
+}
 
 bool meets_hologram(const Scene& scene, const World& world) {
   const auto window_m = glm::dvec2(scene.hologram.resolution) * scene.hologram.pitch_m;
   // Light to the pupil behind an eyepiece spreads little: scenes a hologram's side away are near
   const double share = scene.viewer.eyepiece_m ? 1 : near_hologram;
   if (closest_m(world) >= share * std::max(window_m.x, window_m.y)) return false;
-  const bool has_bounces =
-      scene.trace.depth != 0 &&
-      lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
-  return crosses_hologram(world) || (!has_bounces && (!scene.refine || scene.viewer.eyepiece_m));
+  return crosses_hologram(world) ||
+         (!has_bounces(scene, world) && (!scene.refine || scene.viewer.eyepiece_m));
+}
+
+bool shows_lens_alone(const Scene& scene, const World& world) {
+  return crosses_hologram(world) && meets_hologram(scene, world) && has_bounces(scene, world);
 }
 
 bool serves_at_hologram(const Scene& scene, const Plan& plan) {
@@ -291,9 +303,10 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   // How light is gathered
   plan.samples.aimed = method == Method::points ||
                        (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  const bool has_bounces =
-      plan.lighting.any_material([](const Material& m) { return m.is_specular(); });
-  plan.specular.bounces = has_bounces ? scene.trace.depth.value_or(TraceSpec::usual_depth) : 0;
+  plan.specular.bounces =
+      plan.lighting.any_material([](const Material& m) { return m.is_specular(); })
+          ? scene.trace.depth.value_or(TraceSpec::usual_depth)
+          : 0;
   require_known_sides(scene, world, plan, method);
   if (!images) images = images_of(world, plan);
   plan.specular.images = *images;

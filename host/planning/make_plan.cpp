@@ -128,7 +128,8 @@ private:
   Choice first(std::optional<glm::ivec2> tiles) const {
     Choice choice;
     choice.method = use_.method;
-    choice.is_near = use_.method == Method::points && meets_hologram(scene_, world_);
+    choice.is_near = use_.method != Method::wrp && meets_hologram(scene_, world_) &&
+                     (use_.method == Method::points || crosses_hologram(world_));
     choice.propagation = scene_.wrp.propagation;
     choice.layers = scene_.wrp.layers;
     choice.tiles = tiles;
@@ -215,7 +216,8 @@ private:
             one_line(scene_.file.string()) + ": refine: the field has an error of " +
             percent_text(error) +
             ", from which no refinement finds the pictures; leave out [refine], without which "
-            "light near the hologram is gathered there, or move the scene");
+            "light near the hologram is gathered there, or move the scene so that all of it is " +
+            millimetres(near_distance_m(plan)) + " from the hologram or more");
     }
     return with_more_memory(choice, plan);
   }

@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Surfaces near the hologram and in its plane: z = 0 is no special place.
+#include "host/carriers/at_hologram/carrier.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/planning/assess.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/view/lens.hpp"
 #include "tests/support/render.hpp"
 #include "tests/support/seen.hpp"
 #include "tests/support/worlds.hpp"
@@ -271,6 +274,49 @@ TEST_CASE("scenes in the hologram's plane refuse what cannot show them") {
   stage.scene.wrp.propagation = WrpPropagation::automatic;
   stage.scene.sampling.mode = SamplingMode::fan;
   CHECK_REFUSED(make_plan(stage.scene, stage.world), "aimed");
+}
+
+DEVICE_TEST(
+    "mirrors beside the hologram's plane show a lens what lies there; they have no hologram, and "
+    "rays from its pixels none of that plane") {
+  const Material glowing{.ambient = dvec3(0), .diffuse = dvec3(0), .emission = dvec3(1)},
+      dim{.ambient = dvec3(0), .diffuse = dvec3(0), .emission = dvec3(0.5)},
+      mirror{.ambient = dvec3(0), .diffuse = dvec3(0), .reflectivity = 0.5};
+  // A card through the plane, and a mirror at z = 1 mm that is turned by 0.04
+  const dvec3 middle(-0.05e-3, 0, 0), across(0.02e-3, 0, 0.02e-3), up(0, 0.04e-3, 0),
+      at(0, 0, 1e-3);
+  const auto normal = glm::normalize(dvec3(0.04, 0, -1));
+  const auto turned = [&](dvec3 v) { return v - 2 * glm::dot(v, normal) * normal; };
+  auto stage = empty_stage();
+  stage.add(rectangle(middle, across, up), glowing);
+  stage.add(rectangle(at, {0.4e-3, 0, 0.4e-3 * 0.04}, {0, 0.4e-3, 0}), mirror);
+  CHECK_REFUSED(make_plan(stage.scene, stage.world),
+                "mirrors and glass are not followed there; move it");
+  CHECK(shows_lens_alone(stage.scene, stage.world));
+  auto image = empty_stage();
+  image.add(rectangle(middle, across, up), glowing);
+  image.add(rectangle(at + turned(middle - at), turned(across), turned(up)), dim);
+  CHECK(!shows_lens_alone(image.scene, image.world));
+
+  const auto seen = [&](const Stage& of) {
+    const auto plan = make_plan(of.scene, of.world, Method::rays);
+    return lens_picture(
+        device, plan, DeviceScene(device, of.world, plan),
+        {.z_m = 2e-3, .window_m = dvec2(0.6e-3, 0.3e-3), .points = 12, .pixel_m = dvec2(10e-6)});
+  };
+  const auto by_mirror = seen(stage), expected = seen(image);
+  double difference = 0, all = 0;
+  for (std::size_t i = 0; i < expected.pixels.size(); ++i) {
+    difference += std::abs(by_mirror.pixels[i] - expected.pixels[i]);
+    all += expected.pixels[i];
+  }
+  CHECK(all > 0);
+  INFO(difference / all);
+  CHECK(difference < 0.01 * all);
+  const auto plan = make_plan(image.scene, image.world, Method::rays);
+  StageTimes times;
+  HologramCarrier by_rays(device, {}, times);
+  CHECK_REFUSED(by_rays.fit(plan), "leave out --method rays");
 }
 
 TEST_CASE("a scene that moves through the hologram's plane gives what scenes there give") {

@@ -6,6 +6,9 @@
 #include <optional>
 
 #include "host/carriers/plane_carrier.hpp"
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
+#include "host/plan/lattice.hpp"
 
 namespace raywave {
 
@@ -14,6 +17,11 @@ public:
   using PlaneCarrier::PlaneCarrier;
 
   void fit(const Plan& plan) override {
+    if (!plan.samples.aimed && is_near_hologram(plan))
+      throw InputError(
+          one_line(plan.scene_name) +
+          ": it crosses the hologram, whose rays miss most of what lies so near; leave "
+          "out --method rays");
     plan_ = &plan;
     make_field();
   }
