@@ -1,0 +1,189 @@
+// SPDX-License-Identifier: Apache-2.0
+#include <algorithm>
+#include <cmath>
+
+#include "host/forecast/picture_model.hpp"
+
+namespace raywave {
+namespace {
+
+/// Fitted to the demo scenes (scripts/fit, docs/planning.md): what the formulas below leave out.
+constexpr double speckle_factor = 0.9;
+// Some waves are cut off hard whatever the cone: by the pixels' reach, by an occluder
+constexpr double cut_factor = 0.28;
+constexpr double edge_factor = 6.3e-4;
+constexpr double spot_factor = 9e-3;
+constexpr double cell_factor = 3.2e-4;  // 3.6e-4 fitted, before cells of fine meshes averaged them
+constexpr double background = 0.3;
+
+/// Error of refined pictures: of their light, of light that cannot be shown, and of what a cell's
+/// one sample misses at edges; for 6 depths and 1 frame. Light, over powers of the spots that a
+/// blur holds: where these are few, phases have too little freedom for all depths. Scenes on a
+/// third of the hologram are within 2.5 dB; those of all of it have 2 dB less to 9 more.
+constexpr double refined_light = 0.017, refined_missing = 0.04, refined_edges = 0.19;
+/// What stays of the field's error at edges, at depths between those refined towards, however many
+/// frames and iterations; between the teapot (0.15) and the study (0.05), in 4 and 16 frames.
+constexpr double left_of_edges = 0.1;
+/// What n iterations towards pictures made of samples leave of the error of phases: paced_rest +
+/// paced_first / n^paced_power, more where parts and depths contradict each other, less where
+/// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
+constexpr double paced_rest = 0.095, paced_first = 0.39, paced_power = 1.3;
+constexpr double paced_parts = 0.09, paced_depth = 0.038, paced_frames = 0.37;
+constexpr double refined_by_grain = 0.75, refined_crowded = 25, crowded_by_grain = 3.2,
+                 refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
+
+/// Light that a stop cuts off is missing unevenly: mean square over that of the picture, for each
+/// share of light cut off. Fitted to two scenes behind three stops, within 3 dB.
+constexpr double stop_factor = 0.14;
+
+/// What an encoding adds to the light of the field: a haze about the picture, and grain where it
+/// interferes with the picture. Mean squares over that of the picture, fitted like the others.
+/// `copies` is the light of copies of the picture around the band's corners, over that of the
+/// picture; fitted to eleven scenes on two panels, within 1.6 dB.
+struct EncodingNoise {
+  double haze = 0, grain = 0, copies = 0;
+};
+
+EncodingNoise noise_of(Encoding encoding, const PictureRow& row) {
+  if (encoding == Encoding::phase) return {6.2e-3, 0.25};
+  return {row.haze, 0.06, 1.1};
+}
+
+/// Mean square of all the light that double phase throws aside, over that of white: dark pixels do
+/// most of it. Fitted, with the reaches between which a pupil comes to see it, to a teapot through
+/// pupils of 1.6 to 3.2 mm, within 2.5 dB.
+constexpr double haze_in_pupil = 0.0045, haze_begins = 0.365, haze_is_whole = 0.45;
+
+/// The same of refined phases, for each band that a pupil reaches farther, and the share of the
+/// SLM's light that one sees over the picture that reaches beyond the band's edges, but not its
+/// corners. Fitted to a coin and a teapot through pupils of 1.2 to 3.8 mm, within 2.5 dB.
+constexpr double refined_haze = 0.016, refined_haze_begins = 0.27, seen_beyond_edges = 0.23;
+
+/// Share of the error of phases that refinement at the pace of frames leaves.
+double left_by(const Pace& pace, int frames) {
+  if (pace.iterations == 0) return 1;
+  const double left = paced_rest + paced_first / std::pow(pace.iterations, paced_power);
+  return std::min(1.0, left *
+                           (1 + paced_parts * pace.parts + paced_depth * pace.depth * pace.depth) /
+                           std::pow(frames, paced_frames));
+}
+
+}  // namespace
+
+double PicturePrediction::sure_db() const {
+  // Refined pictures go by the light that there is: what is missing counts for more. Through pupils
+  // of 1.6 to 4 mm a coin has 7 dB more to 6 less than predicted
+  const double margin_db = refined ? 2.5 * (1 + missing) + (through_pupil ? 3.5 : 0) : 1;
+  return std::min(mean_psnr_db - margin_db,
+                  -10 * std::log10(std::pow(10, -mean_psnr_db / 10) + left_out));
+}
+
+PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
+                                   int frames, double padding_error) {
+  PicturePrediction prediction;
+  prediction.window = model.window;
+  prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
+  prediction.through_pupil = model.pupil_reach > 0;
+  // Pictures made by rays hold what samples miss
+  prediction.left_out = model.refined_depths > 0 ? 0
+                        : model.has_detail       ? 2e-4
+                        : prediction.refined     ? 0
+                                                 : 1e-4;
+  prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
+                                [](const auto& row) { return row.light == 0 && row.missing == 0; });
+  const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
+  const double spot2 = model.spot_m.x * model.spot_m.y;
+  // Light that wraps around the padded plane: its own, spread over the picture, and where it
+  // interferes with the picture.
+  const double wrapped = std::min(1.0, padding_error * padding_error);
+  // What few iterations leave of the errors that phases alone and the samples' interference make
+  const double left = left_by(model.pace, frames);
+  const auto encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
+  const bool is_even = encoding == Encoding::phase;
+  const bool throws_aside = !prediction.refined && model.encoding == Encoding::double_phase;
+  const double haze_seen =
+      throws_aside ? haze_in_pupil * std::clamp((model.pupil_reach - haze_begins) /
+                                                    (haze_is_whole - haze_begins),
+                                                0.0, 1.0)
+      : prediction.refined
+          ? refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5)
+          : 0;
+  // Refinement leaves light beyond a pupil, where there is such a place
+  const double in_pupil = !prediction.refined       ? 0
+                          : model.sees_band         ? 1
+                          : model.pupil_reach > 0.5 ? seen_beyond_edges
+                                                    : 0;
+  const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
+  for (std::size_t i = 0; i < model.rows.size(); ++i) {
+    const auto& row = model.rows[i];
+    const double dots_here = row.light * std::min(pattern.dots[i], 4.0);
+    const double speckle_here =
+        row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / frames;
+    const double cells_at_edges = row.edges_m * edge_factor * std::pow(p, 4) / std::pow(blur_m, 3);
+    const double edges_here = cells_at_edges + row.edges_m * spot_factor * spot2 / blur_m +
+                              cell_factor * row.light * p / blur_m;
+    const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
+    const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
+    // A haze all over the picture is partly taken for the picture, whose brightness is free.
+    const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
+    const auto noise = noise_of(encoding, row);
+    // Copies make the picture brighter, which is free, and the rest of them is an error
+    const double copies = noise.copies * model.copies,
+                 brighter = row.light + copies * row.copies_on_picture,
+                 squares = brighter + copies * (row.copies_on_picture + copies * row.copies),
+                 copies_here = row.light > 0 ? row.light - brighter * brighter / squares : 0;
+    const bool is_unshown = model.is_even || (model.sees_band && !prediction.refined);
+    const double encoding_here =
+        row.light * (std::max(noise.haze, is_unshown ? row.unshown : 0) * (1 - flat) +
+                     noise.grain * grain / frames) +
+        (is_even ? std::max(0.0, row.uneven - row.missing) : 0) + copies_here;
+    const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
+    const double rows = static_cast<double>(model.rows.size());
+    // Frames and iterations mend the light alone: what was not sampled, or is too steep, stays
+    const double by_depths = std::pow(model.refined_depths / 6.0, refined_by_depths),
+                 by_rounds = std::pow(frames, refined_by_frames) *
+                             std::pow(model.refined_rounds, refined_by_rounds);
+    // Refinement knows it, and mends half (tests/refine/showing.cpp)
+    const double fallen_here = row.fallen * (prediction.refined ? 0.5 : 1);
+    const double stop_here = stop_factor * row.light * model.stopped;
+    const bool is_refined = model.refined_depths > 0;
+    // Whatever resembles nothing is matched by a dark picture, for brightness is free
+    const auto psnr = [&](double error) {
+      return decibels(std::min(row.light > 0 ? row.light : 1.0, error));
+    };
+    prediction.field_psnr_db += psnr(field) / rows;
+    const double light_of_grain = refined_light * std::pow(grain, refined_by_grain) +
+                                  refined_crowded * std::pow(grain, crowded_by_grain);
+    // Refined phases have errors of their own: of light, where light is missing, at edges
+    const double of_phases =
+        haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
+        (is_refined ? by_depths / by_rounds * light_of_grain * row.light : left * encoding_here);
+    const double missing_here = row.missing * (is_refined ? by_depths * refined_missing : 1);
+    const double at_edges =
+        is_refined ? by_depths * refined_edges * cells_at_edges + left_of_edges * edges_here
+                   : edges_here;
+    const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
+    prediction.psnr_db.push_back(
+        psnr(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));
+    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
+    prediction.encoding += of_phases;
+    prediction.stop += stop_here;
+    prediction.fall_off += fallen_here;
+    prediction.edges += at_edges;
+    prediction.missing += missing_here;
+    if (is_refined) continue;
+    prediction.dots += left * dots_here;
+    prediction.speckle += left * speckle_here;
+    prediction.padding += padding_here;
+  }
+  const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
+                     prediction.padding + prediction.encoding + prediction.stop +
+                     prediction.fall_off;
+  for (double* part :
+       {&prediction.dots, &prediction.speckle, &prediction.edges, &prediction.missing,
+        &prediction.padding, &prediction.encoding, &prediction.stop, &prediction.fall_off})
+    *part /= std::max(all, 1e-300);
+  return prediction;
+}
+
+}  // namespace raywave
