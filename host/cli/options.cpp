@@ -293,6 +293,20 @@ std::vector<std::optional<Pupil>> PupilOption::pupils(const ViewerSpec& viewer, 
   return pupils_asked(given, viewer, frame, is_part, "--pupil");
 }
 
+void note_beyond_eyebox(const ReportOptions& report,
+                        const std::vector<std::optional<Pupil>>& pupils, const ViewerSpec& viewer,
+                        const HologramSpec& hologram, Frame frame) {
+  if (!viewer.eyepiece_m) return;
+  for (const auto& pupil : pupils) {
+    if (!pupil) continue;
+    const auto eyebox_m = pupil->eyebox_m(hologram);
+    if (glm::all(glm::lessThanEqual(glm::abs(pupil->centre_m), eyebox_m / 2.0))) continue;
+    report.note("a pupil of " + pupil_text(*pupil, frame) + " lies beyond the eyebox, " +
+                millimetres(eyebox_m.x, 3) + " x " + millimetres(eyebox_m.y, 3) +
+                " around the axis: it sees other orders of the SLM, or nothing");
+  }
+}
+
 std::string name_of_pupil(std::size_t number, std::size_t count) {
   return count > 1 ? "_eye" + std::to_string(number + 1) : "";
 }

@@ -138,6 +138,12 @@ struct PupilOption {
                                            bool is_part = false) const;
 };
 
+/// Says which pupils behind an eyepiece lie beyond the eyebox, where other orders of the SLM are
+/// seen.
+void note_beyond_eyebox(const ReportOptions& report,
+                        const std::vector<std::optional<Pupil>>& pupils, const ViewerSpec& viewer,
+                        const HologramSpec& hologram, Frame frame);
+
 /// --view, --aperture, --frame, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
   std::string view_centre, aperture_size, folder, display_server;

@@ -164,6 +164,7 @@ void run_reconstruct(const ReconstructArguments& options) {
                         " holograms is shown; give those of one picture of an animation to see it");
   const auto pupils =
       options.pupil.pupils(viewer, options.view.frame.frame(), options.view.is_part());
+  note_beyond_eyebox(options.report, pupils, viewer, specs[0], options.view.frame.frame());
   for (std::size_t picture = 0; picture < depths_m.size() * pupils.size(); ++picture) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
     const double z_m = what.z_m = depths_m[depth];

@@ -21,7 +21,7 @@ std::string mm_text(double metres) { return length_text(std::round(metres * 1e5)
 /// Share of the pupil that light of the place x_m, y_m, z_m fills: rays to points of the pupil, as
 /// `lens` traces them.
 double share_of_pupil(const Plan& plan, const Pupil& pupil, glm::dvec2 at_m, double z_m) {
-  constexpr int points = 8;
+  constexpr int points = 16;
   const auto half_m = plan.window_m() / 2.0;
   int all = 0, open = 0;
   for (int j = 0; j < points; ++j)
@@ -120,12 +120,13 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
   const auto& viewer = scene.viewer;
   // Light of the hologram's edges lands a x beside that of its middle
   const auto aside_m = std::abs(eye.pupil.a) * plan.window_m() / 2.0;
-  const bool sees_replicas =
-      std::any_of(eye.places.begin(), eye.places.end(), [&](const EyePlace& place) {
-        return glm::any(glm::greaterThan(
-            glm::abs(place.centre_m) + eye.pupil.diameter_m / 2 + aside_m, eye.eyebox_m / 2.0));
-      });
-  if (sees_replicas)
+  const auto reaches_beyond = [&](glm::dvec2 half_m) {
+    return std::any_of(eye.places.begin(), eye.places.end(), [&](const EyePlace& place) {
+      return glm::any(
+          glm::greaterThan(glm::abs(place.centre_m) + eye.pupil.diameter_m / 2 + aside_m, half_m));
+    });
+  };
+  if (reaches_beyond(eye.eyebox_m / 2.0))
     warnings.push_back("the pupil reaches beyond the eyebox, " + mm_text(eye.eyebox_m.x) + " x " +
                        mm_text(eye.eyebox_m.y) +
                        " around the axis, where replicas of the picture are seen: a smaller "
@@ -139,7 +140,20 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
         "picture: a pupil of less than " +
         mm_text(0.7 * std::min(eye.eyebox_m.x, eye.eyebox_m.y)) +
         ", or optics that pass half the band, slm.stop = 0.5, show one");
+  // A pupil that reaches so far, in eyeboxes, sees half of what double phase throws aside
+  constexpr double sees_haze = 0.41;
+  if (plan.slm.encoding == Encoding::double_phase && !plan.slm.stop && !scene.refine &&
+      reaches_beyond(sees_haze * eye.eyebox_m))
+    warnings.push_back(
+        "the pupil sees light that double phase throws aside, as haze over the picture: optics "
+        "that pass half the band where it is focused, slm.stop = 0.5, keep it out");
   constexpr double rounding = 1e-6;
+  if (const double nearest = dioptres_of_depth(viewer, plan.extent.near_m);
+      plan.extent.near_m + viewer.eyepiece_distance_m > 0 && nearest > 1 / nearest_focus_m)
+    warnings.push_back("the scene reaches to " + number_text(std::round(10 * nearest) / 10) +
+                       " D, nearer than eyes focus: from z = " +
+                       mm_text(depth_of_dioptres(viewer, 1 / nearest_focus_m)) +
+                       " on it is seen at 10 D or less");
   if (plan.extent.far_m + viewer.eyepiece_distance_m > 0) {
     const double farthest = dioptres_of_depth(viewer, plan.extent.far_m);
     if (farthest < -rounding)

@@ -14,6 +14,9 @@
 
 namespace raywave {
 
+/// Young eyes focus up to 10 D.
+inline constexpr double nearest_focus_m = 0.1;
+
 /// One place of the pupil.
 struct EyePlace {
   glm::dvec2 centre_m{0, 0};

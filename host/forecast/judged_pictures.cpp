@@ -36,17 +36,25 @@ Edges lit_edges(const FrontView& view) {
   return edges;
 }
 
+/// Farthest depth of the surfaces on the nearest one's side of the hologram, in metres.
+double end_of_near_side_m(const Plan& plan) {
+  if (plan.extent.near_m >= 0 || plan.extent.far_m <= 0) return plan.extent.far_m;
+  double end_m = plan.extent.near_m;
+  for (const auto& layer : plan.layers)
+    if (layer.min_m.z < 0) end_m = std::max(end_m, layer.max_m.z);
+  return std::min(end_m, 0.0);
+}
+
 }  // namespace
 
 std::vector<double> quality_depths_m(const Plan& plan) {
-  std::vector<double> depths{plan.extent.near_m};
-  const double nearest_m = std::abs(plan.extent.near_m);
-  if (plan.extent.far_m - plan.extent.near_m > 1e-6 * nearest_m)
-    depths.push_back(plan.extent.far_m);
-  depths.push_back(
-      plan.extent.near_m -
-      std::min(std::max(0.1 * (plan.extent.far_m - plan.extent.near_m), 0.01 * nearest_m),
-               0.5 * nearest_m));
+  const auto& extent = plan.extent;
+  std::vector<double> depths{extent.near_m};
+  const double nearest_m = std::abs(extent.near_m);
+  if (extent.far_m - extent.near_m > 1e-6 * nearest_m) depths.push_back(extent.far_m);
+  const double deep_m = end_of_near_side_m(plan) - extent.near_m;
+  depths.push_back(extent.near_m -
+                   std::min(std::max(0.1 * deep_m, 0.01 * nearest_m), 0.5 * nearest_m));
   // No lens focuses on its own plane.
   for (double& depth : depths)
     if (std::abs(depth) < 1e-9) depth = plan.extent.closest_m;

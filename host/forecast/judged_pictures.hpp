@@ -18,7 +18,8 @@ inline constexpr int picture_border_px = 20;
 
 /// Depths that pictures are focused on, in metres: nearest surface, farthest surface, and out of
 /// focus, before the nearest by a tenth of the depth between them, or by 1 % of its distance where
-/// that is more. Surfaces at one depth count once.
+/// that is more; of a scene on both sides of the hologram, of the depth on the nearest one's side.
+/// Surfaces at one depth count once.
 std::vector<double> quality_depths_m(const Plan& plan);
 
 /// The part of every picture that is judged.

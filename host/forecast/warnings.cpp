@@ -26,9 +26,6 @@ constexpr double least_loss = 0.005;
 /// Up to 6 evenly spread levels put less into the wanted wave.
 constexpr double least_wanted_share = 0.92;
 
-/// Young eyes focus up to 10 D.
-constexpr double nearest_focus_m = 0.1;
-
 /// A mesh as large, beyond what the pixels show, may be in millimetres.
 constexpr double least_large_m = 1;
 
@@ -166,21 +163,35 @@ void warn_of_slm(const SlmLight& light, const std::vector<double>& wavelengths_m
   warn("undiffracted light: " + advice);
 }
 
-}  // namespace
+/// The warnings, group by group.
+struct Warnings {
+  const Scene& scene;
+  const World& world;
+  const Plan& plan;
+  const FrontView& view;
+  double shortest = 1;         // wavelength of all lasers, over that of the plan
+  std::optional<EyeView> eye;  // behind an eyepiece
+  std::vector<std::string> all;
 
-bool is_default_pitch(const Scene& scene) {
-  return !scene.given.contains("sampling.pitch") &&
-         scene.sampling.pitch_m == SamplingSpec{}.pitch_m;
-}
+  glm::dvec2 size_m() const { return world.max_m - world.min_m; }
+  /// Within which replicas stay apart.
+  double period_m(int axis) const {
+    return shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
+               plan.hologram.pitch_m[axis] +
+           (is_near_hologram(plan) ? plan.window_m()[axis] : 0);
+  }
+  void warn(const std::string& text) { all.push_back(text); }
 
-std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
-                                     const FrontView& view, const SlmLight& slm_light,
-                                     bool is_default_pitch) {
-  const auto wavelengths_m = wavelengths_m_of(scene);
-  const double shortest =
-      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
-  std::vector<std::string> warnings;
-  const auto warn = [&](const std::string& text) { warnings.push_back(text); };
+  void of_hologram();
+  void of_units();
+  void of_light();
+  void of_panel(const SlmLight& slm_light);
+  void of_viewer();
+  void of_detail(bool is_default_pitch);
+  void of_materials();
+};
+
+void Warnings::of_hologram() {
   const auto& hologram = scene.hologram;
   if (hologram.wavelength_m < 380e-9 || hologram.wavelength_m > 780e-9)
     warn("hologram.wavelength " + length_text(hologram.wavelength_m) +
@@ -191,14 +202,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
       break;
     }
   }
+}
 
-  const auto size_m = world.max_m - world.min_m;
-  // Within which replicas stay apart
-  const auto period_m = [&](int axis) {
-    return shortest * plan.hologram.wavelength_m * plan.extent.farthest_m() /
-               plan.hologram.pitch_m[axis] +
-           (is_near_hologram(plan) ? plan.window_m()[axis] : 0);
-  };
+void Warnings::of_units() {
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     const auto& object = scene.objects[i];
     const auto object_m = world.placed[i].max_m - world.placed[i].min_m;
@@ -211,10 +217,10 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
          ", for it has no width, and a unit of its mesh is 1 m: give a width, or unit = \"1 mm\" "
          "for millimetres");
   }
+}
 
+void Warnings::of_light() {
   const auto light = light_of(world, plan, view, shortest);
-  std::optional<EyeView> eye;
-  if (scene.viewer.eyepiece_m) eye = eye_view(scene, plan, view);
   if (eye) {
     for (const auto& warning : eye_warnings(scene, plan, *eye)) warn(warning);
   } else if (light.all > 0) {
@@ -245,9 +251,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   for (const auto& warning : image_warnings(plan)) warn(warning);
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);
-  // A user who gives 0 says that nothing is left undiffracted
-  warn_of_slm(slm_light, wavelengths_m,
-              plan.slm.undiffracted == 0 && scene.given.contains("slm.undiffracted"), warn);
+}
+
+void Warnings::of_panel(const SlmLight& slm_light) {
   if (const double share = wanted_share_of_levels(plan.slm); share < least_wanted_share) {
     const auto& slm = plan.slm;
     const std::string cause = slm.levels < grey_levels_of(slm) ? "slm.levels"
@@ -268,6 +274,16 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   leave_out(plan.slm.undiffracted > 0, "slm.undiffracted");
   leave_out(plan.slm.crosstalk.any(), "slm.crosstalk");
   if (!left_out.empty()) warn("the predicted PSNR leaves out " + left_out);
+  if (const Image* beam = illumination.profile.picture.get()) {
+    constexpr double alike = 0.02;
+    const double stretched = static_cast<double>(plan.hologram.size.x) * beam->height /
+                             (static_cast<double>(plan.hologram.size.y) * beam->width);
+    if (std::abs(std::log(stretched)) > alike)
+      warn("illumination.profile: its picture of " + std::to_string(beam->width) + " x " +
+           std::to_string(beam->height) + " pixels is stretched to the shape of the SLM, " +
+           std::to_string(plan.hologram.size.x) + " x " + std::to_string(plan.hologram.size.y) +
+           ": cut it to the part that falls onto the SLM");
+  }
   // Amplitudes are those that the darkest pixel shows, too
   constexpr double dim = 0.25;
   if (slm_light.darkest < dim && plan.slm.encoding != Encoding::phase)
@@ -281,6 +297,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(
         "so near to the SLM, light that double phase throws aside lies over the picture: optics "
         "whose aperture passes half the band, slm.stop = 0.5, keep it out");
+}
+
+void Warnings::of_viewer() {
   if (const auto& viewer = scene.viewer; !viewer.eyepiece_m) {
     const double nearest_m = viewer.distance_m + plan.extent.near_m;
     if (nearest_m < 0)
@@ -294,7 +313,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " is seen sharp");
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const double period = period_m(axis), extent = size_m[axis];
+    const double period = period_m(axis), extent = size_m()[axis];
     if (extent > period && !eye) {
       warn(std::string("the picture's replicas overlap it: its ") +
            (axis == 0 ? "width" : "height") + " of " + length_text(extent) +
@@ -303,8 +322,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
       break;
     }
   }
+}
 
-  for (const auto& warning : thin_object_warnings(scene, world, plan)) warn(warning);
+void Warnings::of_detail(bool is_default_pitch) {
   const double p = scene.sampling.pitch_m;
   const auto limits = limit_m(plan, middle_m(plan));
   const double limit = shortest * std::max(limits.x, limits.y);
@@ -314,8 +334,8 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   // Spots are as wide as the hologram resolves: dots twice as far apart do not touch
   constexpr double apart = 2;
   const auto detail = [](double length_m) { return length_text(std::round(length_m * 1e7) / 1e7); };
-  if (std::max(size_m.x, size_m.y) < resolution_m)
-    warn("the scene is " + length_text(size_m.x) + " x " + length_text(size_m.y) +
+  if (const auto seen_m = size_m(); std::max(seen_m.x, seen_m.y) < resolution_m)
+    warn("the scene is " + length_text(seen_m.x) + " x " + length_text(seen_m.y) +
          ", smaller than the " + detail(resolution_m) +
          " that the viewer makes out, and looks like a dot: check the units of object.width and "
          "position");
@@ -332,7 +352,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
   else if (p < 0.8 * limit)
     warn("sampling.pitch " + length_text(p) + " is finer than what the hologram resolves, " +
          length_text(std::round(limit * 1e8) / 1e8) + ": it costs time and shows no more");
-  if (!plan.samples.aimed) {
+  if (!plan.samples.aimed && !plan.is_at_hologram()) {
     const double spread = (plan.extent.far_m - plan.layers[0].distance_m) * plan.window_m().x /
                           std::abs(plan.layers[0].distance_m);
     if (spread > 2 * p)
@@ -341,7 +361,9 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
            " at the scene's far side, more than twice sampling.pitch; sampling.mode \"aimed\" does "
            "not");
   }
+}
 
+void Warnings::of_materials() {
   const auto& materials = plan.lighting.materials;
   const auto bounces =
       std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
@@ -354,7 +376,36 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
     warn(
         "the predicted error of phase is not below accuracy.phase; accuracy.precision \"double\" "
         "has the least, on devices that can");
-  return warnings;
+}
+
+}  // namespace
+
+bool is_default_pitch(const Scene& scene) {
+  return !scene.given.contains("sampling.pitch") &&
+         scene.sampling.pitch_m == SamplingSpec{}.pitch_m;
+}
+
+std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan,
+                                     const FrontView& view, const SlmLight& slm_light,
+                                     bool is_default_pitch) {
+  const auto wavelengths_m = wavelengths_m_of(scene);
+  Warnings warnings{scene, world, plan, view, 1, {}, {}};
+  warnings.shortest =
+      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
+  if (scene.viewer.eyepiece_m) warnings.eye = eye_view(scene, plan, view);
+  warnings.of_hologram();
+  warnings.of_units();
+  warnings.of_light();
+  // A user who gives 0 says that nothing is left undiffracted
+  warn_of_slm(slm_light, wavelengths_m,
+              plan.slm.undiffracted == 0 && scene.given.contains("slm.undiffracted"),
+              [&](const std::string& text) { warnings.warn(text); });
+  warnings.of_panel(slm_light);
+  warnings.of_viewer();
+  for (const auto& warning : thin_object_warnings(scene, world, plan)) warnings.warn(warning);
+  warnings.of_detail(is_default_pitch);
+  warnings.of_materials();
+  return std::move(warnings.all);
 }
 
 std::vector<std::string> warnings_of(const Scene& scene, const World& world, const Plan& plan) {

@@ -233,7 +233,8 @@ glm::dvec2 read_carrier(const Value& v) {
 
 }  // namespace
 
-void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) {
+/// Levels, and the phases that they show.
+void keys_of_levels(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) {
   key(choice("encoding", slm.encoding));
   key(number("clip", slm.clip, between(0.01, 1)));
   key(setting("band", slm.band, share_of));
@@ -289,7 +290,11 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
             if (slm.invert)
               v.fail("given without invert: the LUT says itself whether phase falls as grey rises");
           }));
+}
 
+/// Phases that are added, and how the panel is mounted.
+void keys_of_place(SlmSpec& slm, const Keys& key, double wavelength_m) {
+  const auto nearest = [wavelength_m](const Value& v) { return nearest_of(v, wavelength_m); };
   key(setting("carrier", slm.carrier, read_carrier).or_table(nearest).and_then([&](const Value&) {
     slm.shift_m = glm::dvec2(0);
   }));
@@ -338,6 +343,10 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
   key(whole("rotate", slm.rotate_deg, 0, 270).as("rotate_deg").and_then([&](const Value& v) {
     if (slm.rotate_deg % 90 != 0) v.fail("0, 90, 180 or 270");
   }));
+}
+
+/// Optics behind it, and what is not ideal.
+void keys_of_optics(SlmSpec& slm, const Keys& key) {
   key(setting(
           "stop", slm.stop,
           [](const Value& v) {
@@ -370,6 +379,12 @@ void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) 
        }});
 }
 
+void keys_of(SlmSpec& slm, const Keys& key, double wavelength_m, int most_bits) {
+  keys_of_levels(slm, key, wavelength_m, most_bits);
+  keys_of_place(slm, key, wavelength_m);
+  keys_of_optics(slm, key);
+}
+
 SlmSpec read_slm(Section section, double wavelength_m, int most_bits, const SlmSpec& from) {
   auto slm = read_keys(section, from, wavelength_m, most_bits);
   const bool needs_carrier = slm.encoding == Encoding::off_axis || slm.encoding == Encoding::lee;
@@ -396,8 +411,11 @@ Illumination read_illumination(Section section, Illumination light) {
   section.read("profile", [&](const Value& v) {
     light.profile = v.is("even") ? BeamProfile{} : profile_of(v);
   });
-  section.read("source_size",
-               [&](const Value& v) { light.source_size_rad = 1e-3 * v.number(between(0, 100)); });
+  section.read("source_size", [&](const Value& v) {
+    if (!v.node->is_number())
+      v.fail("a number of milliradians from 0 to 100, the source's width over its distance");
+    light.source_size_rad = 1e-3 * v.number(between(0, 100));
+  });
   section.read("bandwidth",
                [&](const Value& v) { light.bandwidth_m = v.length_m(between(0, 1e-7)); });
   section.finish();

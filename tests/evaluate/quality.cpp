@@ -134,6 +134,18 @@ TEST_CASE(
   CHECK(quality_depths_m(plan) == std::vector<double>{0.09, 0.09 - 0.01 * 0.09});
 }
 
+TEST_CASE("out of focus is near the surfaces before the hologram, however far others lie beyond") {
+  Plan plan;
+  plan.extent.near_m = -0.12;
+  plan.extent.far_m = 0.12;
+  plan.layers.resize(2);
+  plan.layers[0].min_m.z = -0.12, plan.layers[0].max_m.z = -0.10;
+  plan.layers[1].min_m.z = plan.layers[1].max_m.z = 0.12;
+  const auto depths_m = quality_depths_m(plan);
+  REQUIRE(depths_m.size() == 3);
+  CHECK(depths_m[2] == Catch::Approx(-0.122));
+}
+
 Image flat(int width, int height, float value) {
   return {width, height, std::vector<float>(std::size_t{1} * width * height, value)};
 }

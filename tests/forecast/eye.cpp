@@ -67,6 +67,16 @@ TEST_CASE("near-eye scenes are judged by the pupil: no steep light, no replicas,
       planned(data_scene("near_eye.toml",
                          {"viewer.pupil=9.9 mm", "viewer.pupil_position=[0, 0]", "slm.stop=0.5"})),
       "evenly bright"));
+  // 0.46 of the eyebox
+  CHECK_FALSE(warns(p, "as haze"));
+  const auto hazy = planned(data_scene("near_eye.toml", {"viewer.pupil=6.4 mm"}));
+  CHECK(warns(hazy, "as haze over the picture"));
+  CHECK(warns(hazy, "slm.stop = 0.5"));
+  CHECK_FALSE(warns(planned(data_scene("near_eye.toml", {"viewer.pupil=6.4 mm", "slm.stop=0.5"})),
+                    "as haze"));
+  CHECK_FALSE(warns(p, "nearer than eyes focus"));
+  CHECK(warns(planned(data_scene("near_eye.toml", {"object.0.position=[0, 0, '12 D']"})),
+              "nearer than eyes focus"));
   const auto dots = planned(data_scene("near_eye.toml", {"sampling.pitch=60 um"}));
   CHECK(warns(dots, "shows single dots"));
   CHECK_FALSE(planned(data_scene("teapot.toml")).prediction.eye);

@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// The cost of a scene's settings in time and their gain in accuracy: configurations at, around and
-/// between the planner's choices are rendered, timed and judged (docs/trade.md).
+/// between the planner's choices are rendered, timed and judged (docs/planning.md).
 #pragma once
 
 #include <cstdint>
@@ -199,7 +199,7 @@ std::vector<std::size_t> sheet_rows(const Trade& trade);
 /// "0.071 mm, 3 frames, padding 1.125", and whatever differs from the base's other knobs.
 std::string trade_label(const TradeKnobs& knobs, const TradeKnobs& base);
 
-/// Everything, for machines (docs/trade.md); one line per row.
+/// Everything, for machines (docs/planning.md); one line per row.
 std::string trade_json(const Trade& trade);
 std::string trade_csv(const Trade& trade);
 /// For people: presets, frontier, and the cost and gain of each knob.

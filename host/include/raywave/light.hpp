@@ -231,7 +231,7 @@ struct TradeOptions {
 /// What the settings of a scene cost in time and gain in accuracy, as `raywave trade` measures it.
 struct Trade {
   std::string text{};  // the tables that it prints
-  std::string json{};  // trade.json (docs/trade.md)
+  std::string json{};  // trade.json (docs/planning.md)
   std::string csv{};   // trade.csv
   /// Along the frontier: rows are depths, columns the lens, then the fastest first.
   struct Sheet {
