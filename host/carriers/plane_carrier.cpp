@@ -3,6 +3,8 @@
 
 #include <utility>
 
+#include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/memory.hpp"
 
@@ -35,6 +37,13 @@ void PlaneCarrier::release() {
   has_source_ = false;
   drop_source();
   table_ = nullptr;
+}
+
+void PlaneCarrier::require_far_hits() const {
+  if (!plan_->samples.aimed && is_near_hologram(*plan_))
+    throw InputError(one_line(plan_->scene_name) +
+                     ": it crosses the hologram, whose rays miss most of what lies so near; leave "
+                     "out --method rays");
 }
 
 /// Memory for filled planes. Frames that are filled together need one stack for every plane of a

@@ -47,6 +47,8 @@ protected:
 
   /// Memory for the pixels of a tile.
   void make_field();
+  /// throws  InputError for rays from the hologram where surfaces cross it
+  void require_far_hits() const;
 
   cl::Device device_;
   CarrierOptions options_;

@@ -6,9 +6,6 @@
 #include <optional>
 
 #include "host/carriers/plane_carrier.hpp"
-#include "host/common/error.hpp"
-#include "host/common/text.hpp"
-#include "host/plan/lattice.hpp"
 
 namespace raywave {
 
@@ -17,12 +14,8 @@ public:
   using PlaneCarrier::PlaneCarrier;
 
   void fit(const Plan& plan) override {
-    if (!plan.samples.aimed && is_near_hologram(plan))
-      throw InputError(
-          one_line(plan.scene_name) +
-          ": it crosses the hologram, whose rays miss most of what lies so near; leave "
-          "out --method rays");
     plan_ = &plan;
+    require_far_hits();
     make_field();
   }
   void add_notes(std::vector<std::string>&) const override {}
