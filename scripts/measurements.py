@@ -340,7 +340,7 @@ EIGHT = ("study", "teapot", "animal", "ball_smooth", "wire", "apart", "room", "s
 PRESETS = ("draft", "balanced", "accurate", "reference")
 
 
-@table("trade", [*REFINED, *FRAMES, "host/forecast"], """
+@table("planning", [*REFINED, *FRAMES, "host/forecast"], """
 | ms, dB (dB predicted) | draft | balanced | accurate | reference |
 |---|---|---|---|---|
 | {} | {} | {} | {} | {} |""", {

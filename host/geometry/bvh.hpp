@@ -30,8 +30,7 @@ struct Bvh {
 
 /// Builds CGAL's AABB tree (median split along the longest axis) and flattens it through CGAL's
 /// public interface. Parts of up to 512 triangles are divided anew, by a surface-area heuristic,
-/// into leaves of up to `leaf_size`: rays take a quarter to two fifths less time
-/// (docs/performance.md#parts). Boxes are rounded outwards to float.
+/// into leaves of up to `leaf_size`. Boxes are rounded outwards to float.
 ///
 /// positions_m  world; origin_m is subtracted in double before anything is rounded
 /// throws       InputError when there is no triangle or more than 2^30

@@ -16,7 +16,7 @@ namespace raywave::refinement {
 /// A ray from a sample is placed where the grid's transform puts its frequency, so no angle is too
 /// steep. Light beyond the plane is left out.
 ///
-/// accuracy  of a sample's light in a picture: docs/refine.md#pictures-made-of-samples
+/// accuracy  of a sample's light in a picture: docs/refine.md#at-the-pace-of-frames
 std::vector<float> sample_picture(const Optics& optics, const PictureGrid& grid,
                                   const SampleLight& light);
 

@@ -159,7 +159,7 @@ class Trade:
     """
 
     text: str
-    json: str  # trade.json (docs/trade.md)
+    json: str  # trade.json (docs/planning.md)
     csv: str  # trade.csv
     # Along the frontier: rows are depths, columns the lens, then the fastest first; (height, width,
     # 3), uint8, sRGB
