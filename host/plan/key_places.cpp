@@ -382,19 +382,20 @@ SpectrumPlanes corrected_planes(glm::ivec2 size, glm::ivec2 first, glm::ivec2 op
   const auto edges = glm::max(glm::abs(glm::dvec2(first) - glm::dvec2(size) / 2.0),
                               glm::abs(glm::dvec2(first + open) - glm::dvec2(size) / 2.0)),
              far_m = window_m / 2.0 + (edges + 1.0 * planes.margin) * pitch_m;
+  planes.finer = planes.pixels;
   for (int axis = 0; axis < 2; ++axis) {
     const double periods =
         std::clamp((far_m[axis] + reach_m[axis]) / (2 * reach_m[axis]), 1.0, 1e3);
     if (far_m[axis] > reach_m[axis])
-      planes.fine[axis] =
-          static_cast<int>(next_fast_size(static_cast<std::size_t>(std::ceil(periods - 1e-6))));
+      planes.finer[axis] = static_cast<int>(std::ceil(periods * planes.pixels[axis] - 1e-6));
   }
-  const auto finer = planes.fine * planes.pixels;
+  planes.finer = padded_size(planes.finer, 1);
+  planes.finer_open =
+      glm::min(glm::ivec2(glm::ceil(glm::dvec2(planes.open) * planes.fine())), planes.finer);
   planes.picture = padded_size(
-      glm::max(finer, glm::ivec2(glm::ceil(glm::dvec2(planes.fine * planes.open) * padding))), 1);
-  planes.pixel_m =
-      wavelength_m * z_m * glm::dvec2(planes.fine) / (glm::dvec2(planes.picture) * pitch_m);
-  planes.transformed = {planes.pixels, finer, planes.picture};
+      glm::max(planes.finer, glm::ivec2(glm::ceil(glm::dvec2(planes.finer_open) * padding))), 1);
+  planes.pixel_m = wavelength_m * z_m * planes.fine() / (glm::dvec2(planes.picture) * pitch_m);
+  planes.transformed = {planes.pixels, planes.finer, planes.picture};
   return planes;
 }
 
@@ -408,7 +409,7 @@ SpectrumPlanes exact_planes(glm::ivec2 size, glm::dvec2 pitch_m, double waveleng
       1.0 * fringe;
   SpectrumPlanes planes;
   planes.pixels = 2 * padded_size((glm::ivec2(glm::ceil(sides)) + 1) / 2, 1);  // even
-  planes.open = planes.picture = planes.pixels;
+  planes.open = planes.finer = planes.finer_open = planes.picture = planes.pixels;
   planes.pixel_m = pitch_m;
   planes.transformed = {planes.pixels, planes.picture};
   return planes;

@@ -158,11 +158,15 @@ struct SpectrumPlanes {
   int margin = 0;           // pixels on each side, to which the correction moves light
   glm::ivec2 open{1, 1};    // pixels, with the margins
   glm::ivec2 pixels{1, 1};  // samples of the spectrum
-  // Samples per pixel: light that the pixels cannot show folds beyond the window
-  glm::ivec2 fine{1, 1};
+  // Samples between the pixels, of the same extent: so many that light that the pixels cannot show
+  // folds beyond the window; and those of the open part
+  glm::ivec2 finer{1, 1}, finer_open{1, 1};
   glm::ivec2 picture{1, 1};               // samples
   glm::dvec2 pixel_m{1, 1};               // from one of these to the next
   std::vector<glm::ivec2> transformed{};  // planes on the way to the picture
+
+  /// Finer samples for each pixel.
+  glm::dvec2 fine() const { return glm::dvec2(finer) / glm::dvec2(pixels); }
 };
 
 /// first, open  pixels of the hologram that are open

@@ -61,8 +61,7 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
       shown_m = glm::dvec2(of.picture) * of.pixel_m;
       samples = static_cast<double>(area(of.picture));
       by_spectrum = std::max(by_spectrum, samples);
-      in_spectrum =
-          std::max(in_spectrum, static_cast<double>(area(of.pixels) + area(of.fine * of.pixels)));
+      in_spectrum = std::max(in_spectrum, static_cast<double>(area(of.pixels) + area(of.finer)));
     }
     const auto share = glm::min(window_m / shown_m, 1.0);
     wanted += share.x * share.y * samples;

@@ -65,12 +65,12 @@ std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int 
   OpenLine line{n, 1.0 * grid.open.first[axis], grid.open.size[axis]};
   if (grid.propagation == Propagation::corrected) {
     const auto& sizes = grid.spectrum;
-    line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.fine[axis] * sizes.open[axis],
-            1.0 / sizes.fine[axis]};
+    line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.finer_open[axis],
+            1 / sizes.fine()[axis]};
     // Half a turn per pixel: the spectrum begins with its lowest frequency, not with zero
     auto values = chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
                         -to_middle(padded) - line.step / 2);
-    values.resize(count_of(whole_packets(sizes.fine[axis] * sizes.pixels[axis])));
+    values.resize(count_of(whole_packets(sizes.finer[axis])));
     return values;
   }
   if (!grid.pupil)
@@ -325,7 +325,7 @@ void Light::State::fit_spectrum(const PictureGrid& grid, Tables& t) {
     const int n = sizes.pixels[axis];
     const double by =
         is_exact ? grid.open.first[axis] + (n - optics.size[axis]) / 2.0 : 1.0 * sizes.margin;
-    return table(chirp({1, 0, n}, 0, -by / n, 1.0 / (n * sizes.fine[axis])));
+    return table(chirp({1, 0, n}, 0, -by / n, 1.0 / sizes.finer[axis]));
   };
   t.column_chirp = alternating(0);
   t.row_chirp = alternating(1);
@@ -336,8 +336,8 @@ void Light::State::fit_spectrum(const PictureGrid& grid, Tables& t) {
   if (is_exact) return;
   t.fine_columns = table(chirp_of(optics, grid, 0));
   t.fine_rows = table(chirp_of(optics, grid, 1));
-  fit_transform(sizes.fine * sizes.pixels);
-  make_room(fine, sizes.fine * sizes.pixels, "finer samples of the hologram");
+  fit_transform(sizes.finer);
+  make_room(fine, sizes.finer, "finer samples of the hologram");
 }
 
 void Light::State::fit_pupil(const Pupil& pupil) {
@@ -410,8 +410,7 @@ cl::Kernel& Light::State::kernel(const char* name) {
 
 /// What the last transform to the picture takes.
 glm::ivec2 Light::State::live_at_hologram(const PictureGrid& grid) const {
-  return grid.propagation == Propagation::fresnel ? grid.open.size
-                                                  : grid.spectrum.fine * grid.spectrum.open;
+  return grid.propagation == Propagation::fresnel ? grid.open.size : grid.spectrum.finer_open;
 }
 
 /// inverse: from the hologram to the picture
@@ -459,7 +458,7 @@ void Light::State::turn_spectrum(std::size_t key, bool back) {
   const auto& t = tables[key];
   const bool is_exact = grid.propagation == Propagation::exact;
   auto& turned = is_exact ? plane(key) : fine;
-  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n;
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer;
   const auto sines = optics.wavelength_m / (optics.pitch_m * glm::dvec2(n));
   const auto waves = grid.z_m / optics.wavelength_m;
   // FFTs of the device read all of the plane
@@ -476,7 +475,7 @@ void Light::State::turn_spectrum(std::size_t key, bool back) {
 void Light::State::show_by_spectrum(const PhaseStack& holograms, int frame, std::size_t key) {
   const auto& grid = grids[key];
   const auto& t = tables[key];
-  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n, open = live_at_hologram(grid);
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer, open = live_at_hologram(grid);
   const bool on_host = backend == cl::FftBackend::host;
   const auto written = on_host ? grid.open.size : n;
   spread(holograms, frame, key, spectrum, n.x, written.x, written.y);
@@ -495,7 +494,7 @@ void Light::State::show_by_spectrum(const PhaseStack& holograms, int frame, std:
 void Light::State::back_by_spectrum(std::size_t key) {
   const auto& grid = grids[key];
   const auto& t = tables[key];
-  const auto n = grid.spectrum.pixels, size = grid.spectrum.fine * n, open = live_at_hologram(grid);
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer, open = live_at_hologram(grid);
   transform(key, false);
   if (is(Propagation::corrected, key)) {
     const auto written = backend == cl::FftBackend::host ? open : size;
@@ -601,8 +600,8 @@ std::vector<std::complex<float>> Light::row_chirp(std::size_t key) const {
 double Light::unitary(std::size_t key) const {
   const auto& grid = this->grid(key);
   if (grid.propagation == Propagation::exact) return 1;
-  return std::sqrt(static_cast<double>(area(grid.spectrum.fine)) /
-                   static_cast<double>(area(grid.size)));
+  const auto fine = grid.spectrum.fine();
+  return std::sqrt(fine.x * fine.y / static_cast<double>(area(grid.size)));
 }
 
 }  // namespace raywave::refinement

@@ -356,10 +356,9 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
   const double pixels_per_pixel =
       grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
-  const auto fine = grid.spectrum.fine;
-  const double per_transform = propagation == Propagation::exact
-                                   ? 1
-                                   : 1.0 * fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);
+  const auto fine = grid.spectrum.fine();
+  const double per_transform =
+      propagation == Propagation::exact ? 1 : fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);
   grid.unit = per_transform / pixels_per_pixel / open_share * grid.distance_m * grid.distance_m;
   return grid;
 }

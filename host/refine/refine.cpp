@@ -82,8 +82,7 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
     planes[slot] = std::max(planes[slot], area(grid.size));
     wides[slot] = std::max(wides[slot], area(grid.wide_size()));
     if (grid.propagation != Propagation::fresnel)
-      spectra = std::max(
-          spectra, area(grid.spectrum.pixels) + area(grid.spectrum.fine * grid.spectrum.pixels));
+      spectra = std::max(spectra, area(grid.spectrum.pixels) + area(grid.spectrum.finer));
     needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
     if (frames > 1)
       needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});

@@ -214,7 +214,8 @@ DEVICE_TEST(
     const AngularSpectrum spectrum(optics, lit, key.z_m);
     for (const auto propagation : {Propagation::corrected, Propagation::exact}) {
       const auto grid = picture_grid(optics, key, propagation);
-      CHECK((propagation == Propagation::exact) == (grid.spectrum.fine.x == 1));
+      CHECK((propagation == Propagation::exact) ==
+            (grid.spectrum.finer.x == grid.spectrum.pixels.x));
       // Exact light has the unit of the hologram's, the others that of direct_intensity
       const double pixel_m2 = optics.pitch_m.x * optics.pitch_m.y,
                    factor = propagation == Propagation::exact
@@ -243,7 +244,7 @@ DEVICE_TEST(
           error += (got - expected[i]) * (got - expected[i]);
           all += expected[i] * expected[i];
         }
-        CAPTURE(static_cast<int>(propagation), grid.spectrum.fine.x, optics.pitch_m.x);
+        CAPTURE(static_cast<int>(propagation), grid.spectrum.finer.x, optics.pitch_m.x);
         CHECK(std::sqrt(error / all) <= 1e-3);
       }
     }
