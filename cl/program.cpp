@@ -37,7 +37,8 @@ std::string with_includes(const std::string& file, std::set<std::string>& seen) 
 }
 
 std::string build_options(const Options& options) {
-  std::string text = "-cl-std=CL1.2 -cl-kernel-arg-info";
+  // Without -w, PoCL counts warnings on the screen: of wide vectors on processors without AVX-512
+  std::string text = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
   for (const auto& [option, value] : options)
     text += " -D" + std::string(option.name) + "=" + value;
   return text;
