@@ -1,11 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <cmath>
+#include <numbers>
 
 #include "host/forecast/picture_model.hpp"
 
 namespace raywave {
 namespace {
+
+using std::numbers::pi;
 
 /// Fitted to the demo scenes (scripts/fit, docs/planning.md): what the formulas below leave out.
 constexpr double speckle_factor = 0.9;
