@@ -264,7 +264,7 @@ Picture seen_by_lens(const Scene& scene, const DeviceOptions& on, const Progress
   const auto world = scene.state().world();
   const auto& scenes = scene.state().scenes;
   std::vector<raywave::Plan> plans;
-  for (const auto& one : scenes) plans.push_back(make_plan(one, world));
+  for (const auto& one : scenes) plans.push_back(lens_plan(one, world));
   DeviceScene arrays(opened.device, world, plans[0]);
   const LensSpec what = what_of(world, plans[0]);
   std::vector<Image> seen;

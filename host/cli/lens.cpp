@@ -18,7 +18,6 @@
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/geometry/world.hpp"
-#include "host/planning/assess.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/preview.hpp"
@@ -41,9 +40,7 @@ using Lasers = std::vector<Plan>;
 
 Lasers plans_of(const std::vector<Scene>& scenes, const World& world) {
   Lasers plans;
-  for (const auto& scene : scenes)
-    plans.push_back(
-        make_plan(scene, world, shows_lens_alone(scene, world) ? Method::rays : Method::wrp));
+  for (const auto& scene : scenes) plans.push_back(lens_plan(scene, world));
   return plans;
 }
 

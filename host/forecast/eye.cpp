@@ -148,12 +148,13 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
         "the pupil sees light that double phase throws aside, as haze over the picture: optics "
         "that pass half the band where it is focused, slm.stop = 0.5, keep it out");
   constexpr double rounding = 1e-6;
-  if (const double nearest = dioptres_of_depth(viewer, plan.extent.near_m);
-      plan.extent.near_m + viewer.eyepiece_distance_m > 0 && nearest > 1 / nearest_focus_m)
-    warnings.push_back("the scene reaches to " + number_text(std::round(10 * nearest) / 10) +
-                       " D, nearer than eyes focus: from z = " +
-                       mm_text(depth_of_dioptres(viewer, 1 / nearest_focus_m)) +
-                       " on it is seen at 10 D or less");
+  if (plan.extent.near_m + viewer.eyepiece_distance_m > 0)
+    if (const double nearest = dioptres_of_depth(viewer, plan.extent.near_m);
+        nearest > 1 / nearest_focus_m)
+      warnings.push_back("the scene reaches to " + number_text(std::round(10 * nearest) / 10) +
+                         " D, nearer than eyes focus: from z = " +
+                         mm_text(depth_of_dioptres(viewer, 1 / nearest_focus_m)) +
+                         " on it is seen at 10 D or less");
   if (plan.extent.far_m + viewer.eyepiece_distance_m > 0) {
     const double farthest = dioptres_of_depth(viewer, plan.extent.far_m);
     if (farthest < -rounding)

@@ -285,6 +285,10 @@ Plan make_plan(const Scene& scene, const World& world, Method method, int rays_p
   return Search(scene, world, {method}, {}, rays_per_axis, has_doubles, moved_from).run();
 }
 
+Plan lens_plan(const Scene& scene, const World& world) {
+  return make_plan(scene, world, shows_lens_alone(scene, world) ? Method::rays : Method::wrp);
+}
+
 Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& limits,
                   const MemoryUse& use, int rays_per_axis, bool has_doubles) {
   return Search(scene, world, use, limits, rays_per_axis, has_doubles, nullptr).run();

@@ -29,6 +29,10 @@ inline constexpr double hopeless_error = 0.6;
 Plan make_plan(const Scene& scene, const World& world, Method method = Method::wrp,
                int rays_per_axis = 100, bool has_doubles = false, const Plan* moved_from = nullptr);
 
+/// The plan by which a lens looks at a scene: make_plan's, but for mirrors and glass in scenes that
+/// cross the hologram, which have no hologram.
+Plan lens_plan(const Scene& scene, const World& world);
+
 /// make_plan of the scene. Where hologram.tiles is open, the plan has the fewest tiles whose needs
 /// leave an eighth of the memory to the surface samples: sides are divided in turn, a tile's longer
 /// side first, down to least_tile pixels. Where no division fits, it is the last plan tried, whose
