@@ -87,6 +87,27 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
   for (int i = 0; i < 3; ++i) blur_box(raster, size, glm::dvec2(half));
 }
 
+/// Cells of a layer, and those around them that its blur reaches: all others are dark.
+struct BlurredLayer {
+  glm::ivec2 first, size;
+  Raster cells;
+
+  double times(const Raster& raster, int width) const {
+    double sum = 0;
+    for_cells(width, [&](std::size_t at, float cell) { sum += double{cell} * double{raster[at]}; });
+    return sum;
+  }
+  /// Calls `use` with a cell's place in a raster of this width, and its light.
+  void for_cells(int width, const auto& use) const {
+    auto cell = cells.begin();
+    for (int y = first.y; y < first.y + size.y; ++y)
+      for (int x = first.x; x < first.x + size.x; ++x)
+        use(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
+                static_cast<std::size_t>(x),
+            *cell++);
+  }
+};
+
 /// The picture that a lens of the hologram's size, focused on z_m, makes of the front view's cells.
 /// Every depth is blurred on its own; occlusion is that of the front view.
 ///
@@ -96,28 +117,45 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   constexpr int count = 12;
   const double wavelength_m = plan.hologram.wavelength_m;
   const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
-  Raster sum(radiance.size(), 0);
-  std::vector<Raster> seen;
-  for (int layer = 0; layer < count; ++layer) {
-    Raster one(radiance.size(), 0);
-    bool any = false;
-    for (std::size_t i = 0; i < one.size(); ++i) {
-      if (view.depth_m[i] == 0) continue;
-      const auto at = static_cast<int>((static_cast<double>(view.depth_m[i]) - plan.extent.near_m) /
-                                       span * count);
-      if (std::clamp(at, 0, count - 1) != layer) continue;
-      one[i] = radiance[i];
-      any = true;
+  const auto index = [&](glm::ivec2 place) {
+    return static_cast<std::size_t>(place.y) * static_cast<std::size_t>(view.size.x) +
+           static_cast<std::size_t>(place.x);
+  };
+  std::array<std::vector<glm::ivec2>, count> places;  // of each layer's cells
+  for (int y = 0; y < view.size.y; ++y) {
+    for (int x = 0; x < view.size.x; ++x) {
+      const double z = view.depth_m[index({x, y})];
+      if (z == 0) continue;
+      const auto at = static_cast<int>((z - plan.extent.near_m) / span * count);
+      places[static_cast<std::size_t>(std::clamp(at, 0, count - 1))].emplace_back(x, y);
     }
-    if (!any) continue;
-    double depth =
-        plan.extent.near_m + (layer + 0.5) / count * (plan.extent.far_m - plan.extent.near_m);
+  }
+  Raster sum(radiance.size(), 0);
+  std::vector<BlurredLayer> seen;
+  for (std::size_t layer = 0; layer < count; ++layer) {
+    if (places[layer].empty()) continue;
+    double depth = plan.extent.near_m + (static_cast<double>(layer) + 0.5) / count *
+                                            (plan.extent.far_m - plan.extent.near_m);
     if (std::abs(depth) < plan.extent.closest_m)
       depth = std::copysign(plan.extent.closest_m, depth);
     const double away_m = std::abs(depth - z_m);
     const auto open = wavelength_m / limit_m(plan, z_m);  // tangents
-    blur_box(one, view.size, open * (away_m / 2 / cell_m(view, depth)));
-    for (std::size_t i = 0; i < one.size(); ++i) sum[i] += one[i];
+    const auto half = open * (away_m / 2 / cell_m(view, depth));
+    glm::ivec2 low = view.size, high(0);
+    for (const auto place : places[layer]) {
+      low = glm::min(low, place);
+      high = glm::max(high, place + 1);
+    }
+    const auto reach = glm::ivec2(glm::min(glm::ceil(half), glm::dvec2(view.size)));
+    BlurredLayer one{glm::max(low - reach, 0), {}, {}};
+    one.size = glm::min(high + reach, view.size) - one.first;
+    one.cells.resize(static_cast<std::size_t>(one.size.x) * static_cast<std::size_t>(one.size.y));
+    for (const auto place : places[layer]) {
+      const auto at = place - one.first;
+      one.cells[static_cast<std::size_t>(at.y * one.size.x + at.x)] = radiance[index(place)];
+    }
+    blur_box(one.cells, one.size, half);
+    one.for_cells(view.size.x, [&](std::size_t at, float cell) { sum[at] += cell; });
     if (!layers) continue;
     layers->push_back({open * away_m / limit_m(plan, depth)});
     seen.push_back(std::move(one));
@@ -125,7 +163,7 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   if (!layers) return sum;
   const double all = std::inner_product(sum.begin(), sum.end(), sum.begin(), 0.0);
   for (std::size_t i = 0; i < seen.size() && all > 0; ++i)
-    (*layers)[i].share = std::inner_product(seen[i].begin(), seen[i].end(), sum.begin(), 0.0) / all;
+    (*layers)[i].share = seen[i].times(sum, view.size.x) / all;
   return sum;
 }
 

@@ -35,7 +35,7 @@ double in_packets(double count) { return 16 * std::ceil(count / 16); }
 }  // namespace
 
 Nodes nodes_of(const VirtualPlanes& planes, const Plan& plan, const FrontView& view) {
-  constexpr double most_looks = 2e5;
+  constexpr double most_looks = 2e4;
   Nodes all{0, 0};
   const auto half_m = plan.tile_window_m() / 2.0;
   const auto tiles = static_cast<double>(plan.tiling.tiles.size());

@@ -166,8 +166,9 @@ void choose_for_highlights(const Plan& plan, bool lines_are_given, VirtualPlanes
 int scan_lines_of(const Plan& plan, int most, glm::dvec3 at_m, double z0_m) {
   const double tolerance = plan.virtual_planes()->lines_tolerance;
   const auto half_m = plan.tile_window_m() / 2.0;
-  const auto r = [&](double u, double v) { return std::hypot(u - at_m.x, v - at_m.y, at_m.z); };
-  const auto c = [&](double u, double v) { return std::hypot(u, v, z0_m); };
+  const auto length = [](double x, double y, double z) { return std::sqrt(x * x + y * y + z * z); };
+  const auto r = [&](double u, double v) { return length(u - at_m.x, v - at_m.y, at_m.z); };
+  const auto c = [&](double u, double v) { return length(u, v, z0_m); };
   double odd = 0, even = 0;  // radians
   for (const double u : {-half_m.x, half_m.x}) {
     const auto coupled = [&](double v) {
