@@ -328,7 +328,8 @@ TEST_CASE("what cannot be written is refused by name, and the same command goes 
   CHECK(fs::exists(desk.file("seen/reconstruction_00003_8mm.png")));
 }
 
-TEST_CASE("a run is another one once a file that its scene reads has changed, and no other") {
+TEST_CASE("a run is another one once a file that its scene reads has changed, and no other",
+          "[slow]") {
   Gltf bar;
   const nlohmann::json bark{{"baseColorTexture", {{"index", bar.texture_at("bark.tga")}}}};
   bar.add(Gltf::square(1, {0, 0, 0}, bar.material({{"pbrMetallicRoughness", bark}})));
@@ -446,7 +447,8 @@ TEST_CASE("lines of a report that are damaged are as if they were not there") {
   }
 }
 
-TEST_CASE("presets that choose other values make other runs, whichever values these are") {
+TEST_CASE("presets that choose other values make other runs, whichever values these are",
+          "[slow]") {
   Desk desk;
   // What is left to them are precision and light from mirrors
   desk.scene(

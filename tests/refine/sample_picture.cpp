@@ -113,7 +113,8 @@ double relative_error(const std::vector<double>& a, const std::vector<double>& b
   return std::sqrt(difference / all);
 }
 
-TEST_CASE("a picture made of samples is the sum of the intensities of their waves, blurred") {
+TEST_CASE("a picture made of samples is the sum of the intensities of their waves, blurred",
+          "[slow]") {
   const Optics optics{{192, 160}, {8 * um, 8 * um}, 638e-9, 60 * um, 1};
   const auto half = glm::dvec2(optics.size) * optics.pitch_m / 2.0;
   // In focus, before and behind it, beside the axis, hidden from the left half and from the top

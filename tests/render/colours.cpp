@@ -290,7 +290,7 @@ DEVICE_TEST(
        {Case{"slm.encoding=phase", "8", false, 1, 0.5},
         Case{"slm.encoding=phase", "8", true, 5, 2.5},
         Case{"slm.encoding=double-phase", "8", true, 2, 1}, Case{"refine.views=0", "1", true, 2, 1},
-        Case{"refine.views=0", "2", true, 1, 0.5}, Case{"refine.views=0", "4", true, 1, 0.5}}) {
+        Case{"refine.views=0", "2", true, 1, 0.5}}) {
     INFO(c.setting << ", frames " << c.frames << (c.by_levels ? ", levels" : ", fields"));
     const auto scenes =
         load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml",

@@ -261,7 +261,7 @@ TEST_CASE(
   CHECK(kept.desk.run({"plan", kept.desk.file("scene.toml")}, nowhere).code == 0);
 }
 
-TEST_CASE("where PATH lacks the linker that PoCL needs, the message names both") {
+TEST_CASE("where PATH lacks the linker that PoCL needs, the message names both", "[slow]") {
   const Kept kept;
   if (cl::find_device().platform != "Portable Computing Language") return;
   for (const auto& path : {std::string("PATH"), "PATH=" + kept.desk.file("nothing")}) {
@@ -278,7 +278,8 @@ TEST_CASE("where PATH lacks the linker that PoCL needs, the message names both")
 
 TEST_CASE(
     "where no cache can be written, a temporary folder stands in, or the message names the "
-    "variable") {
+    "variable",
+    "[slow]") {
   const Kept kept;
   if (cl::find_device().platform != "Portable Computing Language") return;
   // A name alone takes the variable away.
@@ -371,7 +372,8 @@ TEST_CASE(
 
 TEST_CASE(
     "killed at any moment, the program leaves every output file either old or new and complete, "
-    "and the next run succeeds") {
+    "and the next run succeeds",
+    "[slow]") {
   const Desk desk;
   const auto arguments = [&](int seed, const std::string& out) {
     return std::vector<std::string>{"render",

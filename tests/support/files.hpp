@@ -10,6 +10,7 @@
 #include <initializer_list>
 #include <iterator>
 #include <random>
+#include <sstream>
 #include <string>
 #include <utility>
 
@@ -48,7 +49,9 @@ private:
 
 inline std::string bytes_of(const std::filesystem::path& file) {
   std::ifstream stream(file, std::ios::binary);
-  return {std::istreambuf_iterator<char>(stream), {}};
+  std::ostringstream bytes;
+  bytes << stream.rdbuf();
+  return bytes.str();
 }
 
 /// The message of the InputError that `action` throws; "" when it throws nothing. Other exceptions
