@@ -243,8 +243,7 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                        static_cast<std::size_t>(x);
+      const auto cell = view.cell(x, y);
       const double z = view.depth_m[cell];
       if (z == 0) continue;
       const auto& layer = plan.layer_at(z);

@@ -72,8 +72,7 @@ EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view) {
     double all = 0;
     for (int y = step / 2; y < view.size.y; y += step)
       for (int x = step / 2; x < view.size.x; x += step) {
-        const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                          static_cast<std::size_t>(x);
+        const auto cell = view.cell(x, y);
         const double z_m = view.depth_m[cell], here = view.radiance[cell];
         if (z_m == 0) continue;
         const double share = share_of_pupil(plan, pupil, view.place_m(x, y, z_m), z_m);

@@ -90,21 +90,13 @@ void blur_gaussian(Raster& raster, glm::ivec2 size, double sigma) {
 /// Cells of a layer, and those around them that its blur reaches: all others are dark.
 struct BlurredLayer {
   glm::ivec2 first, size;
-  Raster cells;
+  Raster light;
 
-  double times(const Raster& raster, int width) const {
-    double sum = 0;
-    for_cells(width, [&](std::size_t at, float cell) { sum += double{cell} * double{raster[at]}; });
-    return sum;
-  }
-  /// Calls `use` with a cell's place in a raster of this width, and its light.
-  void for_cells(int width, const auto& use) const {
-    auto cell = cells.begin();
+  /// Calls `use` with a cell's place in the view's arrays, and its light.
+  void for_cells(const FrontView& view, const auto& use) const {
+    auto cell = light.begin();
     for (int y = first.y; y < first.y + size.y; ++y)
-      for (int x = first.x; x < first.x + size.x; ++x)
-        use(static_cast<std::size_t>(y) * static_cast<std::size_t>(width) +
-                static_cast<std::size_t>(x),
-            *cell++);
+      for (int x = first.x; x < first.x + size.x; ++x) use(view.cell(x, y), double{*cell++});
   }
 };
 
@@ -117,14 +109,10 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   constexpr int count = 12;
   const double wavelength_m = plan.hologram.wavelength_m;
   const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
-  const auto index = [&](glm::ivec2 place) {
-    return static_cast<std::size_t>(place.y) * static_cast<std::size_t>(view.size.x) +
-           static_cast<std::size_t>(place.x);
-  };
   std::array<std::vector<glm::ivec2>, count> places;  // of each layer's cells
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const double z = view.depth_m[index({x, y})];
+      const double z = view.depth_m[view.cell(x, y)];
       if (z == 0) continue;
       const auto at = static_cast<int>((z - plan.extent.near_m) / span * count);
       places[static_cast<std::size_t>(std::clamp(at, 0, count - 1))].emplace_back(x, y);
@@ -149,13 +137,14 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
     const auto reach = glm::ivec2(glm::min(glm::ceil(half), glm::dvec2(view.size)));
     BlurredLayer one{glm::max(low - reach, 0), {}, {}};
     one.size = glm::min(high + reach, view.size) - one.first;
-    one.cells.resize(static_cast<std::size_t>(one.size.x) * static_cast<std::size_t>(one.size.y));
+    one.light.resize(static_cast<std::size_t>(one.size.x) * static_cast<std::size_t>(one.size.y));
     for (const auto place : places[layer]) {
       const auto at = place - one.first;
-      one.cells[static_cast<std::size_t>(at.y * one.size.x + at.x)] = radiance[index(place)];
+      one.light[static_cast<std::size_t>(at.y * one.size.x + at.x)] =
+          radiance[view.cell(place.x, place.y)];
     }
-    blur_box(one.cells, one.size, half);
-    one.for_cells(view.size.x, [&](std::size_t at, float cell) { sum[at] += cell; });
+    blur_box(one.light, one.size, half);
+    one.for_cells(view, [&](auto cell, double light) { sum[cell] += static_cast<float>(light); });
     if (!layers) continue;
     layers->push_back({open * away_m / limit_m(plan, depth)});
     seen.push_back(std::move(one));
@@ -163,7 +152,9 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   if (!layers) return sum;
   const double all = std::inner_product(sum.begin(), sum.end(), sum.begin(), 0.0);
   for (std::size_t i = 0; i < seen.size() && all > 0; ++i)
-    (*layers)[i].share = seen[i].times(sum, view.size.x) / all;
+    seen[i].for_cells(view, [&](auto cell, double light) {
+      (*layers)[i].share += light * double{sum[cell]} / all;
+    });
   return sum;
 }
 
@@ -201,8 +192,7 @@ Raster radiance_times(const FrontView& view, const auto& share) {
   Raster shown(view.radiance);
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x);
+      const auto i = view.cell(x, y);
       const double z_m = view.depth_m[i];
       if (z_m != 0) shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
     }
@@ -241,8 +231,7 @@ public:
         std::max(1, static_cast<int>(std::sqrt(view.size.x * view.size.y / most_looks)));
     for (int y = step / 2; y < view.size.y; y += step) {
       for (int x = step / 2; x < view.size.x; x += step) {
-        const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                       static_cast<std::size_t>(x);
+        const auto i = view.cell(x, y);
         const double z_m = view.depth_m[i];
         if (z_m == 0) continue;
         const auto [across, down] = lit(view.place_m(x, y, z_m), z_m);
@@ -340,8 +329,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
     if (glm::any(glm::lessThan(at, glm::dvec2(0))) ||
         glm::any(glm::greaterThanEqual(at, glm::dvec2(view.size))))
       return 0.0;
-    return double{lens[static_cast<std::size_t>(at.y) * static_cast<std::size_t>(view.size.x) +
-                       static_cast<std::size_t>(at.x)]};
+    return double{lens[view.cell(static_cast<int>(at.x), static_cast<int>(at.y))]};
   };
   const auto copied = [&](glm::dvec2 place_m) {
     double sum = 0;
@@ -362,8 +350,7 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
       const auto place_m = view.place_m(x, y, z_m);
       if (glm::any(glm::lessThan(place_m, low_m)) || glm::any(glm::greaterThan(place_m, high_m)))
         continue;
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x);
+      const auto i = view.cell(x, y);
       const double l = lens[i], s = shown[i], f = fallen[i], e = evened[i];
       peak = std::max(peak, l);
       light += l;
@@ -462,8 +449,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto i = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x);
+      const auto i = view.cell(x, y);
       const auto squared = [&](std::size_t next) {
         const double step = double{view.radiance[i]} - double{view.radiance[next]},
                      deep_m = std::abs(double{view.depth_m[i]} - double{view.depth_m[next]});

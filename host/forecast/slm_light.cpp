@@ -68,9 +68,7 @@ double lost_by_shift(const Plan& plan, const FrontView& view, int axis, double l
   double all = 0, kept = 0;
   for (int y = 0; y < view.size.y; y += step.y) {
     for (int x = 0; x < view.size.x; x += step.x) {
-      const double z_m =
-          view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                       static_cast<std::size_t>(x)];
+      const double z_m = view.depth_m[view.cell(x, y)];
       if (z_m == 0) continue;
       all += 1;
       kept += share_between(plan, axis, view.place_m(x, y, z_m)[axis], z_m, longer,
@@ -181,9 +179,7 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
     light.in_order = fill.x * fill.y * fill.x * fill.y;
     for (int y = 0; y < view.size.y; ++y) {
       for (int x = 0; x < view.size.x; ++x) {
-        const double z_m =
-            view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                         static_cast<std::size_t>(x)];
+        const double z_m = view.depth_m[view.cell(x, y)];
         if (z_m == 0) continue;
         light.at_edge = std::min(light.at_edge, fall_off(plan, view.place_m(x, y, z_m), z_m));
       }
@@ -251,8 +247,7 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
   std::array<Interval, 2> picture_m, cycles;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                        static_cast<std::size_t>(x);
+      const auto cell = view.cell(x, y);
       const double z_m = view.depth_m[cell], here = view.radiance[cell];
       if (z_m == 0) continue;
       const auto place_m = view.place_m(x, y, z_m);

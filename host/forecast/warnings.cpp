@@ -55,8 +55,7 @@ Light light_of(const World& world, const Plan& plan, const FrontView& view, doub
   Light light;
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                        static_cast<std::size_t>(x);
+      const auto cell = view.cell(x, y);
       const double z = view.depth_m[cell], here = view.radiance[cell];
       if (z == 0) continue;
       const auto place = view.place_m(x, y, z);

@@ -162,9 +162,7 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
   // Differences alone count, and 0 is no surface.
   const auto offset = static_cast<float>(plan.extent.near_m > 0 ? 0 : 2 / plan.extent.closest_m);
   const auto nearness = [&](int x, int y) {
-    const float z =
-        view.depth_m[static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                     static_cast<std::size_t>(x)];
+    const float z = view.depth_m[view.cell(x, y)];
     return z != 0 ? 1 / z + offset : 0.0f;
   };
   // Nearness is linear along planes: one that falls by more than the slope on the other side ends.
@@ -340,8 +338,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
                      b = cross(at[2] - here, at[0] - here) / area, c = 1 - a - b;
         if (a < 0 || b < 0 || c < 0) continue;
         view.pierced += closed ? 0.5 : 1;
-        const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                          static_cast<std::size_t>(x);
+        const auto cell = view.cell(static_cast<int>(x), static_cast<int>(y));
         const glm::dvec3 share =
             glm::dvec3(a / from_eye(p[0]), b / from_eye(p[1]), c / from_eye(p[2]));
         const double away = 1 / (share.x + share.y + share.z);

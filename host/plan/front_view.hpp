@@ -3,6 +3,7 @@
 /// from it, and predicts pictures.
 #pragma once
 
+#include <cstddef>
 #include <glm/vec2.hpp>
 #include <vector>
 
@@ -49,6 +50,11 @@ struct FrontView {
 
   double eye_z_m = 0;  // where tangents are taken, on the axis: LatticePlan::eye_m
 
+  /// Its place in the arrays.
+  std::size_t cell(int x, int y) const {
+    return static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
+           static_cast<std::size_t>(x);
+  }
   glm::dvec2 tangent(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
   /// Where the ray through a cell's middle meets the plane z_m.
   glm::dvec2 place_m(int x, int y, double z_m) const { return tangent(x, y) * (z_m - eye_z_m); }

@@ -45,8 +45,7 @@ Nodes nodes_of(const VirtualPlanes& planes, const Plan& plan, const FrontView& v
       directions_of(plan.lighting.lights, [](const Light& light) { return light.highlights; }));
   for (int y = step / 2; y < view.size.y; y += step) {
     for (int x = step / 2; x < view.size.x; x += step) {
-      const auto cell = static_cast<std::size_t>(y) * static_cast<std::size_t>(view.size.x) +
-                        static_cast<std::size_t>(x);
+      const auto cell = view.cell(x, y);
       const double z_m = view.depth_m[cell];
       if (z_m == 0) continue;
       const double weight = static_cast<double>(step) * step * view.sources[cell];
