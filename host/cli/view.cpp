@@ -242,7 +242,7 @@ void show_live(const ViewArguments& options, LiveScene& scene) {
   int saved = 0;
   while (!hand.ends) {
     bool has_changed = false;
-    for (const auto& action : window->wait(0.01)) has_changed |= hand.apply(action);
+    for (const auto& action : window->wait(0.005)) has_changed |= hand.apply(action);
     if (has_changed) worker.want(hand.viewing);
     if (auto made = worker.take()) {
       if (made->error.empty()) {

@@ -9,9 +9,10 @@
 
 #include <algorithm>
 #include <cctype>
-#include <cmath>
+#include <chrono>
 #include <functional>
 #include <optional>
+#include <thread>
 #include <type_traits>
 #include <utility>
 
@@ -23,15 +24,14 @@ namespace raywave {
 #ifdef RAYWAVE_SDL2
 namespace {
 
-#define RAYWAVE_SDL_FUNCTIONS(use)                                                          \
-  use(SDL_SetMainReady) use(SDL_SetHint) use(SDL_InitSubSystem) use(SDL_QuitSubSystem)      \
-      use(SDL_GetError) use(SDL_GetCurrentVideoDriver) use(SDL_CreateWindow)                \
-          use(SDL_DestroyWindow) use(SDL_SetWindowTitle) use(SDL_GetWindowSize)             \
-              use(SDL_WaitEventTimeout) use(SDL_PollEvent) use(SDL_GetModState)             \
-                  use(SDL_GetKeyName) use(SDL_CreateRenderer) use(SDL_DestroyRenderer)      \
-                      use(SDL_CreateTexture) use(SDL_DestroyTexture) use(SDL_UpdateTexture) \
-                          use(SDL_RenderClear) use(SDL_RenderCopy) use(SDL_RenderPresent)   \
-                              use(SDL_RenderSetLogicalSize)
+#define RAYWAVE_SDL_FUNCTIONS(use)                                                                 \
+  use(SDL_SetMainReady) use(SDL_SetHint) use(SDL_InitSubSystem) use(SDL_QuitSubSystem)             \
+      use(SDL_GetError) use(SDL_GetCurrentVideoDriver) use(SDL_CreateWindow)                       \
+          use(SDL_DestroyWindow) use(SDL_SetWindowTitle) use(SDL_GetWindowSize) use(SDL_PollEvent) \
+              use(SDL_GetModState) use(SDL_GetKeyName) use(SDL_CreateRenderer)                     \
+                  use(SDL_DestroyRenderer) use(SDL_CreateTexture) use(SDL_DestroyTexture)          \
+                      use(SDL_UpdateTexture) use(SDL_RenderClear) use(SDL_RenderCopy)              \
+                          use(SDL_RenderPresent) use(SDL_RenderSetLogicalSize)
 
 struct Sdl {
 #define RAYWAVE_MEMBER(name) std::function<std::remove_pointer_t<decltype(&::name)>> name;
@@ -67,8 +67,11 @@ public:
   std::vector<UserAction> wait(double seconds) override {
     std::vector<UserAction> actions;
     SDL_Event event;
-    if (sdl_.SDL_WaitEventTimeout(&event, static_cast<int>(std::ceil(1e3 * seconds))) == 0)
+    // SDL_WaitEventTimeout sends events to the window, which X may get after the window has gone
+    if (sdl_.SDL_PollEvent(&event) == 0) {
+      std::this_thread::sleep_for(std::chrono::duration<double>(seconds));
       return actions;
+    }
     do {
       if (const auto action = action_of(event)) actions.push_back(*action);
     } while (sdl_.SDL_PollEvent(&event) != 0);

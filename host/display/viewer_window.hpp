@@ -23,7 +23,7 @@ class ViewerWindow {
 public:
   virtual ~ViewerWindow() = default;
 
-  /// What was done since the last call; waits for the first of it so long, at most.
+  /// What was done since the last call; waits so long where there was nothing.
   virtual std::vector<UserAction> wait(double seconds) = 0;
   /// Shows a picture as large as the window lets it.
   ///

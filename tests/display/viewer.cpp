@@ -48,6 +48,7 @@ TEST_CASE("view shows a scene, follows keys and mouse, and ends", "[slow]") {
   }
   server.run("xdotool key q");
   const auto outcome = desk.outcome_of(program);
+  INFO(outcome.err);
   CHECK(outcome.code == 0);
   CHECK_SAYS(outcome.out, "drag: turn the object");
 }
