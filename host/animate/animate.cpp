@@ -386,8 +386,11 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   return scale;
 }
 
-Animator::Pictures::Pictures(const Animator& animator, const Progress& progress)
-    : of_(animator), renderer_(animator.renderer(progress)), scale_(of_.brightest(renderer_)) {
+Animator::Pictures::Pictures(const Animator& animator, const Progress& progress,
+                             std::optional<Scale> scale)
+    : of_(animator),
+      renderer_(animator.renderer(progress)),
+      scale_(scale ? *scale : of_.brightest(renderer_)) {
   if (scale_.clip > 0) renderer_.set_clip(scale_.clip);
 }
 
@@ -425,37 +428,42 @@ void Animator::turn(std::vector<std::vector<std::uint8_t>>& levels) const {
   }
 }
 
-AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress,
-                                    std::optional<int> wanted_end) const {
+AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress) const {
   AnimateResult made;
-  const int first = files.next(), all_pictures = schedule_.pictures(),
-            end = std::min(wanted_end.value_or(all_pictures), all_pictures),
-            begin = first - files.pictures();
-  if (first >= end) {
+  std::vector<int> missing;
+  for (int picture = files.wanted().first; picture < files.wanted().end; ++picture)
+    if (!files.has(picture)) missing.push_back(picture);
+  if (missing.empty()) {
     files.finish();
     return made;
   }
-  Pictures pictures(*this);
+  std::optional<Scale> known;
+  if (const auto shared = files.shared())
+    known = {shared->at("clip").get<double>(), shared->at("power").get<double>()};
+  Pictures pictures(*this, {}, known);
+  if (!known && files.is_part())
+    files.share({{"clip", pictures.scale().clip}, {"power", pictures.scale().power}});
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
-  for (int picture = first; picture < end; ++picture) {
+  for (const int picture : missing) {
     if (progress)
-      progress(
-          "picture " + std::to_string(picture) + ", of 0 to " + std::to_string(all_pictures - 1),
-          static_cast<double>(picture - begin) / (end - begin));
+      progress("picture " + std::to_string(picture) + ", of 0 to " +
+                   std::to_string(schedule_.pictures() - 1),
+               static_cast<double>(picture - files.wanted().first) /
+                   (files.wanted().end - files.wanted().first));
     // std::function wants what can be copied
     const auto one = std::make_shared<AnimatedPicture>(pictures.make(picture));
     add_lines(made.notes, one->notes);
     const auto holograms = static_cast<int>(one->levels.size());
-    if (picture > first) {
+    if (made.pictures > 0) {
       for (const auto& [stage, s] : one->processor_seconds) made.processor_seconds[stage] += s;
       made.timed_holograms += holograms;
     }
-    queue.push([one, &files, this] {
+    queue.push([one, &files, picture, this] {
       turn(one->levels);
-      files.add(one->levels, one->line);
+      files.add(picture, one->levels, one->line);
     });
-    if (picture == first) start = std::chrono::steady_clock::now();
+    if (made.pictures == 0) start = std::chrono::steady_clock::now();
     ++made.pictures;
     made.holograms += holograms;
   }

@@ -80,12 +80,15 @@ public:
 
   /// Makes the pictures that `files` lacks. While one is computed, those before it are written.
   ///
-  /// end       number of the first picture that is not wanted; all when not given
   /// progress  called for each picture
   /// throws    InputError when a file cannot be written, DeviceError for the device
-  AnimateResult make_frames(FrameFiles& files, const Progress& progress,
-                            std::optional<int> end = {}) const;
+  AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
 
+  /// Of the brightest of Schedule::pictures_that_scale; 0: not needed.
+  struct Scale {
+    double clip = 0;   // RenderResult::clip
+    double power = 0;  // of all lasers, where phases alone leave the brightness to them
+  };
   class Pictures;
 
 private:
@@ -93,12 +96,6 @@ private:
     Scene scene;  // at rest, with frames for the picture that has most holograms
     std::shared_ptr<const Plan> base, plan;  // of all pictures; of the first one
   };
-  /// Of the brightest of Schedule::pictures_that_scale; 0: not needed.
-  struct Scale {
-    double clip = 0;   // RenderResult::clip
-    double power = 0;  // of all lasers, where phases alone leave the brightness to them
-  };
-
   /// Of the first laser, from which the others differ in the laser alone.
   const Scene& scene() const { return lasers_.front().scene; }
   void plan_laser(Laser& laser);
@@ -134,8 +131,11 @@ public:
   ///
   /// animator  that outlives it
   /// progress  called at every step of a picture
-  explicit Pictures(const Animator& animator, const Progress& progress = {});
+  /// scale     where it is known
+  explicit Pictures(const Animator& animator, const Progress& progress = {},
+                    std::optional<Scale> scale = {});
   AnimatedPicture make(int picture);
+  const Scale& scale() const { return scale_; }
 
 private:
   const Animator& of_;

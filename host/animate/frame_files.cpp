@@ -2,9 +2,11 @@
 #include "host/animate/frame_files.hpp"
 
 #include <fcntl.h>
+#include <sys/file.h>
 #include <unistd.h>
 
 #include <array>
+#include <cerrno>
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
@@ -34,16 +36,16 @@ std::string digest_of(std::span<const std::uint8_t> bytes) {
   return digest.text();
 }
 
-/// Opens a file that grows and cuts it to the bytes that are known to be whole.
-int open_at(const fs::path& file, std::uint64_t bytes) {
-  const int descriptor = ::open(file.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
-  if (descriptor < 0) refuse_to_write(file.string());
-  if (::ftruncate(descriptor, static_cast<off_t>(bytes)) != 0 ||
-      ::lseek(descriptor, 0, SEEK_END) < 0) {
-    ::close(descriptor);
-    refuse_to_write(file.string());
-  }
-  return descriptor;
+bool is_part_report(const std::string& name) {
+  return name.starts_with("report_") && name.ends_with(".jsonl");
+}
+
+std::vector<fs::path> part_reports(const fs::path& folder) {
+  std::vector<fs::path> reports;
+  std::error_code error;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (is_part_report(entry.path().filename().string())) reports.push_back(entry.path());
+  return reports;
 }
 
 /// Values of a line that may be damaged: empty where there is none of this type.
@@ -58,14 +60,19 @@ std::optional<std::string> text_of(const Json& json, const char* key) {
   return found->get<std::string>();
 }
 
-/// Calls `use` with each whole line of a report, parsed (discarded where it is no JSON), and its
-/// bytes, until that returns false.
+std::string line_of(const Json& line) {
+  return line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n";
+}
+
+/// Calls `use` with each whole line of a report, discarded where it is no JSON.
 template <class Use>
 void for_lines_of(const fs::path& report, Use use) {
   std::ifstream stream(report, std::ios::binary);
   for (std::string line; std::getline(stream, line) && !stream.eof();)
-    if (!use(Json::parse(line, nullptr, false), line.size() + 1)) return;
+    use(Json::parse(line, nullptr, false));
 }
+
+constexpr const char* shared_name = "shared.json";
 
 }  // namespace
 
@@ -79,38 +86,34 @@ std::string FrameFiles::png_name(int hologram, const std::string& laser) {
   return "frame_" + std::string(number.data()) + (laser.empty() ? "" : "_" + laser) + ".png";
 }
 
-int FrameFiles::next_place() const {
-  const auto each = lasers_.empty() ? 1 : static_cast<int>(lasers_.size());
-  return first_.hologram * each + holograms_;
-}
-
 std::string FrameFiles::name_of(int place) const {
   if (lasers_.empty()) return png_name(place);
-  const auto lasers = static_cast<int>(lasers_.size());
-  return png_name(place / lasers, lasers_[static_cast<std::size_t>(place % lasers)]);
+  return png_name(place / lasers(), lasers_[static_cast<std::size_t>(place % lasers())]);
 }
 
 std::vector<std::vector<double>> FrameFiles::powers(const fs::path& folder) {
   std::vector<std::vector<double>> all;
-  for_lines_of(folder / report_name, [&](const Json& line, std::uint64_t) {
+  for_lines_of(folder / report_name, [&](const Json& line) {
     auto& powers = all.emplace_back();
     if (line.is_object() && line.contains("powers") && line["powers"].is_array())
       for (const auto& power : line["powers"])
         powers.push_back(power.is_number() ? power.get<double>() : 0);
-    return true;
   });
   return all;
 }
 
-FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, glm::ivec2 size_px,
-                       std::vector<std::string> lasers, FirstOfFiles first)
+FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, Schedule schedule,
+                       glm::ivec2 size_px, std::vector<std::string> lasers,
+                       std::optional<PictureRange> wanted)
     : folder_(std::move(folder)),
       storage_(storage),
       run_(std::move(run)),
+      schedule_(schedule),
       size_(size_px),
       lasers_(std::move(lasers)),
-      first_(first) {
-  read_report();
+      wanted_(wanted.value_or(PictureRange{0, schedule.pictures()})) {
+  read_reports();
+  if (pictures() < wanted_.end - wanted_.first) open_to_add();
 }
 
 FrameFiles::~FrameFiles() {
@@ -120,78 +123,87 @@ FrameFiles::~FrameFiles() {
 
 fs::path FrameFiles::partial_stream() const { return folder_ / "frames.raw.part"; }
 
-void FrameFiles::read_report() {
-  const auto file = folder_ / report_name;
-  bool is_first = true;
-  for_lines_of(file, [&](const Json& line, std::uint64_t) {
-    if (!line.is_object()) return true;
-    const auto picture = integer_of(line, "picture").value_or(first_.picture);
-    if (std::exchange(is_first, false) && picture >= 0 && picture != first_.picture &&
-        text_of(line, "run") == run_)
-      throw InputError(in_quotes(file.string()) + ": this folder holds pictures from number " +
-                       std::to_string(picture) + " on, and this run begins with " +
-                       std::to_string(first_.picture) + "; give --pictures " +
-                       std::to_string(picture) +
-                       "..LAST to go on behind them, another --output, or --restart to replace "
-                       "them");
-    if (text_of(line, "run").value_or(run_) != run_)
-      throw InputError(
-          in_quotes(file.string()) +
-          ": this folder holds holograms of another scene, device or version; give another "
-          "--output, or --restart to replace them");
-    return true;
-  });
-
-  // Nothing has been touched so far
-  std::error_code error;
-  if (storage_ == FrameStorage::stream && !fs::exists(partial_stream(), error))
-    fs::rename(folder_ / stream_name, partial_stream(), error);  // goes on where it was finished
-  std::uint64_t whole = 0;
-  for_lines_of(file, [&](const Json& line, std::uint64_t bytes) {
-    int count = 0;
-    if (!is_whole(line, count)) return false;
-    ++pictures_;
-    holograms_ += count;
-    whole += bytes;
-    return true;
-  });
-  report_ = open_at(file, whole);
-  if (storage_ == FrameStorage::stream)
-    stream_ = open_at(partial_stream(), static_cast<std::uint64_t>(holograms_) * pixels());
+fs::path FrameFiles::own_report() const {
+  if (!is_part()) return folder_ / report_name;
+  return folder_ / format("report_%05d_%05d.jsonl", wanted_.first, wanted_.end - 1);
 }
 
-bool FrameFiles::is_whole(const Json& line, int& count) const {
-  if (!line.is_object() || integer_of(line, "picture") != next() || text_of(line, "run") != run_)
-    return false;
+void FrameFiles::read_reports() {
+  auto reports = part_reports(folder_);
+  reports.push_back(folder_ / report_name);
+  for (const auto& file : reports)
+    for_lines_of(file, [&](const Json& line) {
+      if (!line.is_object()) return;
+      const auto run = text_of(line, "run");
+      if (run && *run != run_)
+        throw InputError(
+            in_quotes(file.string()) +
+            ": this folder holds holograms of another scene, device or version; give another "
+            "--output, or --restart to replace them");
+      const auto picture = integer_of(line, "picture");
+      if (!run || !picture || *picture < wanted_.first || *picture >= wanted_.end) return;
+      const auto number = static_cast<int>(*picture);
+      if (!has(number) && is_whole(number, line)) lines_.emplace(number, line_of(line));
+    });
+}
+
+void FrameFiles::open_to_add() {
+  const auto file = own_report();
+  report_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
+  if (report_ < 0) refuse_to_write(file.string());
+  // Some file systems have no locks
+  if (::flock(report_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
+    throw InputError(in_quotes(file.string()) +
+                     ": another raywave makes these pictures; wait for its end");
+  // The end of a line that was cut off
+  char last = 0;
+  const auto bytes = ::lseek(report_, 0, SEEK_END);
+  if (bytes > 0 && ::pread(report_, &last, 1, bytes - 1) == 1 && last != '\n')
+    append(report_, "\n", file.string());
+  if (storage_ != FrameStorage::stream) return;
+  std::error_code error;
+  if (!fs::exists(partial_stream(), error))
+    fs::rename(folder_ / stream_name, partial_stream(), error);  // goes on where it was finished
+  stream_ = ::open(partial_stream().c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0666);
+  if (stream_ < 0) refuse_to_write(partial_stream().string());
+}
+
+bool FrameFiles::is_whole(int picture, const Json& line) const {
   const auto holograms = line.find("holograms");
-  if (holograms == line.end() || !holograms->is_array() || holograms->empty()) return false;
+  const auto count = static_cast<std::size_t>(schedule_.count_of(picture) * lasers());
+  if (holograms == line.end() || !holograms->is_array() || holograms->size() != count) return false;
+  int place = schedule_.first_of(picture) * lasers();
   for (const auto& hologram : *holograms) {
-    const int number = next_place() + count;
-    if (!hologram.is_object() || integer_of(hologram, "number") != number) return false;
-    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / name_of(number))
-                                                       : digest_in_stream(holograms_ + count);
-    ++count;
+    if (!hologram.is_object() || integer_of(hologram, "number") != place) return false;
+    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / name_of(place))
+                                                       : digest_in_stream(place);
     if (digest.empty() || text_of(hologram, "digest") != digest) return false;
+    ++place;
   }
   return true;
 }
 
-std::string FrameFiles::digest_in_stream(int hologram) const {
-  std::ifstream stream(partial_stream(), std::ios::binary);
+std::string FrameFiles::digest_in_stream(int place) const {
+  std::error_code error;
+  const bool is_partial = fs::exists(partial_stream(), error);
+  std::ifstream stream(is_partial ? partial_stream() : folder_ / stream_name, std::ios::binary);
   std::vector<std::uint8_t> levels(pixels());
   const auto bytes = static_cast<std::streamsize>(levels.size());
-  stream.seekg(static_cast<std::streamoff>(hologram) * bytes);
+  stream.seekg(static_cast<std::streamoff>(place) * bytes);
   stream.read(reinterpret_cast<char*>(levels.data()), bytes);
   return stream.gcount() == bytes ? digest_of(levels) : "";
 }
 
-void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms, Json line) {
+void FrameFiles::add(int picture, std::span<const std::vector<std::uint8_t>> holograms, Json line) {
   auto list = Json::array();
-  int number = next_place();
+  int place = schedule_.first_of(picture) * lasers();
+  if (stream_ >= 0 &&
+      ::lseek(stream_, static_cast<off_t>(place) * static_cast<off_t>(pixels()), SEEK_SET) < 0)
+    refuse_to_write(partial_stream().string());
   for (const auto& levels : holograms) {
-    Json entry{{"number", number}};
+    Json entry{{"number", place}};
     if (storage_ == FrameStorage::pngs) {
-      const auto name = name_of(number);
+      const auto name = name_of(place);
       uncompressed_png(size_.x, size_.y, levels, png_);
       write_whole(folder_ / name, [&](OutputFile& to) { to.write(text_of(png_)); });
       entry["file"] = name;
@@ -201,21 +213,39 @@ void FrameFiles::add(std::span<const std::vector<std::uint8_t>> holograms, Json 
       entry["digest"] = digest_of(levels);
     }
     list.push_back(std::move(entry));
-    ++number;
+    ++place;
   }
   if (storage_ == FrameStorage::stream) sync(stream_, partial_stream().string());
   line["run"] = run_;
   line["holograms"] = std::move(list);
-  append(report_, line.dump(-1, ' ', false, Json::error_handler_t::replace) + "\n",
-         (folder_ / report_name).string());
-  ++pictures_;
-  holograms_ += static_cast<int>(holograms.size());
+  auto text = line_of(line);
+  append(report_, text, own_report().string());
+  lines_.emplace(picture, std::move(text));
+}
+
+std::optional<Json> FrameFiles::shared() const {
+  std::ifstream stream(folder_ / shared_name);
+  auto json = Json::parse(stream, nullptr, false);
+  if (!json.is_object() || text_of(json, "run") != run_) return {};
+  return json;
+}
+
+void FrameFiles::share(Json values) const {
+  values["run"] = run_;
+  write_text(folder_ / shared_name, values.dump() + "\n");
 }
 
 void FrameFiles::finish() {
-  sync(report_, (folder_ / report_name).string());
-  if (storage_ == FrameStorage::pngs) return;
+  if (report_ >= 0) sync(report_, own_report().string());
+  if (is_part()) return;
   std::error_code error;
+  if (report_ >= 0 || !part_reports(folder_).empty())
+    write_whole(folder_ / report_name, [&](OutputFile& to) {
+      for (const auto& [picture, line] : lines_) to.write(line);
+    });
+  for (const auto& report : part_reports(folder_)) fs::remove(report, error);
+  fs::remove(folder_ / shared_name, error);
+  if (storage_ == FrameStorage::pngs || !fs::exists(partial_stream(), error)) return;
   fs::rename(partial_stream(), folder_ / stream_name, error);
   if (error)
     throw InputError(in_quotes((folder_ / stream_name).string()) +
@@ -232,7 +262,8 @@ void FrameFiles::remove(const fs::path& folder) {
     const bool is_frame =
         name.starts_with("frame_") && name.ends_with(".png") && digits_end > 6 &&
         (digits_end == name.size() - 4 || (name[digits_end] == '_' && name.ends_with("nm.png")));
-    if (is_frame || name == report_name || name == stream_name || name == "frames.raw.part")
+    if (is_frame || name == report_name || is_part_report(name) || name == shared_name ||
+        name == stream_name || name == "frames.raw.part")
       files.push_back(entry.path());
   }
   for (const auto& file : files) {

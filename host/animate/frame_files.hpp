@@ -10,12 +10,15 @@
 #include <filesystem>
 #include <functional>
 #include <glm/vec2.hpp>
+#include <map>
 #include <mutex>
+#include <optional>
 #include <span>
 #include <string>
 #include <thread>
 #include <vector>
 
+#include "host/animate/timeline.hpp"
 #include "host/common/json.hpp"
 
 namespace raywave {
@@ -25,15 +28,17 @@ namespace raywave {
 /// (frame_00000_638nm.png ...).
 enum class FrameStorage { pngs, stream };
 
-/// What a folder begins with: a part of an animation not with its first picture.
-struct FirstOfFiles {
-  int picture = 0, hologram = 0;  // that of each laser has the same number
+/// Pictures counted from 0: first <= picture < end.
+struct PictureRange {
+  int first = 0, end = 0;
 };
 
-/// What is stored: pictures of one or more holograms each, in order. A picture's line in
-/// report.jsonl is written after its holograms, and names their digests: what it names is whole.
-/// Later runs go on after the last such line. A part of an animation has the files and lines that
-/// the whole has of its pictures; its stream holds them alone.
+/// What is stored: pictures of one or more holograms each. A picture's line in a report is written
+/// after its holograms, and names their digests: what it names is whole, the rest is missing.
+///
+/// Several programs, on several machines, may each make a part of the pictures in one folder. The
+/// names and places of holograms are those of the whole animation. Each part has a report of its
+/// own (report_00010_00019.jsonl); the program that is given all pictures puts them together.
 class FrameFiles {
 public:
   static constexpr const char* report_name = "report.jsonl";
@@ -43,37 +48,42 @@ public:
   /// laser  "638nm"; empty: of one wavelength
   static std::string png_pattern(const std::string& laser = {});
 
-  /// Finds out what is there, and takes away what is not whole.
+  /// Finds out which of the wanted pictures are there.
   ///
-  /// folder   where no other program writes (HeldFolder)
+  /// folder   HeldFolder, shared of parts
   /// run      stands for all that holograms depend on: lines of another run are refused
   /// size_px  of a hologram as it is stored
   /// lasers   in the names of their PNGs; none: one wavelength
-  /// first    picture that the folder begins with, and its first hologram (Schedule::first_of)
-  /// throws   InputError for lines of another run, or that begin with another picture, or where the
-  ///          folder cannot be written
-  FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run,
-             glm::ivec2 size_px, std::vector<std::string> lasers = {}, FirstOfFiles first = {});
+  /// wanted   all pictures when not given
+  /// throws   InputError for lines of another run, where another program makes the same part, or
+  ///          where the folder cannot be written
+  FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run, Schedule schedule,
+             glm::ivec2 size_px, std::vector<std::string> lasers = {},
+             std::optional<PictureRange> wanted = {});
   ~FrameFiles();
   FrameFiles(const FrameFiles&) = delete;
   FrameFiles& operator=(const FrameFiles&) = delete;
 
-  /// Pictures that are there, and their holograms, those of each laser counted.
-  int pictures() const { return pictures_; }
-  int holograms() const { return holograms_; }
-  /// The number of the picture that `add` stores.
-  int next() const { return first_.picture + pictures_; }
+  PictureRange wanted() const { return wanted_; }
+  bool is_part() const { return wanted_.end - wanted_.first < schedule_.pictures(); }
+  bool has(int picture) const { return lines_.contains(picture); }
+  /// The wanted pictures that are there.
+  int pictures() const { return static_cast<int>(lines_.size()); }
 
-  /// Stores the next picture: its holograms, then its line, to which `run` and `holograms` (file or
-  /// place in the stream, digest) are added.
+  /// Stores a picture: its holograms, then its line, to which `run` and `holograms` (file or place
+  /// in the stream, digest) are added.
   ///
   /// throws  InputError when something cannot be written; the picture is then not there
-  void add(std::span<const std::vector<std::uint8_t>> holograms, Json line);
+  void add(int picture, std::span<const std::vector<std::uint8_t>> holograms, Json line);
 
-  /// Gives the stream its name, after the last picture.
+  /// What a program of this run has kept for the others, which then need not compute it.
+  std::optional<Json> shared() const;
+  void share(Json values) const;
+
+  /// After the last picture: of all pictures, one report in their order, and the stream's name.
   void finish();
 
-  /// Removes an animation's holograms and their report from a folder.
+  /// Removes an animation's holograms and their reports from a folder.
   static void remove(const std::filesystem::path& folder);
 
   static std::string png_name(int hologram, const std::string& laser = {});
@@ -85,28 +95,27 @@ private:
   std::size_t pixels() const {
     return static_cast<std::size_t>(size_.x) * static_cast<std::size_t>(size_.y);
   }
+  int lasers() const { return lasers_.empty() ? 1 : static_cast<int>(lasers_.size()); }
   /// Of a hologram by its place in the order of showing.
   std::string name_of(int place) const;
-  /// In the order of showing, of the hologram that `add` stores next.
-  int next_place() const;
-  void read_report();
-  /// Whether a line is that of the next picture, and its holograms are there and as it says.
-  ///
-  /// count  receives their number
-  bool is_whole(const Json& line, int& count) const;
-  /// hologram  of those that the stream holds
-  std::string digest_in_stream(int hologram) const;
+  std::filesystem::path own_report() const;
+  void read_reports();
+  void open_to_add();
+  /// Whether the holograms that a picture's line names are there and as it says.
+  bool is_whole(int picture, const Json& line) const;
+  std::string digest_in_stream(int place) const;
   std::filesystem::path partial_stream() const;
 
   std::filesystem::path folder_;
   FrameStorage storage_;
   std::string run_;
+  Schedule schedule_;
   glm::ivec2 size_;
   std::vector<std::string> lasers_;
-  FirstOfFiles first_;
-  int pictures_ = 0, holograms_ = 0;
-  int report_ = -1, stream_ = -1;  // descriptors
-  std::vector<std::uint8_t> png_;  // the last one
+  PictureRange wanted_;
+  std::map<int, std::string> lines_;  // of the wanted pictures that are there
+  int report_ = -1, stream_ = -1;     // descriptors
+  std::vector<std::uint8_t> png_;     // the last one
 };
 
 /// Work that a thread of its own does in order, such as writing files, while the caller goes on.

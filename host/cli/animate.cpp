@@ -1,9 +1,14 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/animate.hpp"
 
+#include <sys/resource.h>
+#include <unistd.h>
+
 #include <algorithm>
 #include <charconv>
+#include <cstdint>
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -23,9 +28,11 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/scene_json.hpp"
+#include "host/scene/units.hpp"
 
 namespace raywave::cli {
 
@@ -40,11 +47,6 @@ struct AnimateArguments {
   ReportOptions report;
   std::string out, pictures;
   bool stream = false, restart = false, no_video = false, no_preview = false;
-};
-
-/// Pictures that are wanted, counted from 0: first <= picture < end.
-struct PictureRange {
-  int first = 0, end = 0;
 };
 
 /// --pictures: "12", or "10..20" with both ends; all when it is empty.
@@ -103,11 +105,9 @@ std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vecto
   return {std::move(planned), colour_warning(scenes, world)};
 }
 
-/// report.json, which lets reconstruct and encode read the holograms.
-///
-/// there  pictures that the folder holds in the end
+/// report.json, which lets reconstruct and encode read the holograms; of any part the same.
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage, const std::string& run, PictureRange there,
+                  FrameStorage storage, const std::string& run,
                   const std::vector<std::string>& notes) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
@@ -137,8 +137,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     }
   }
   const auto size = animator.stored_size();
-  const int holograms = schedule.first_of(there.end) - schedule.first_of(there.first);
-  auto shape = Json::array({holograms, size.y, size.x});
+  auto shape = Json::array({schedule.holograms(), size.y, size.x});
   if (!names.empty()) shape.insert(shape.begin() + 1, names.size());
   json["animation"] = {{"run", run},
                        {"pictures", schedule.pictures()},
@@ -150,8 +149,6 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
                        {"shape", shape},
                        {"lines", FrameFiles::report_name}};
   json["notes"] = notes;
-  if (there.end - there.first < schedule.pictures())
-    json["animation"]["part"] = {there.first, there.end - 1};
   write_text(folder / "report.json", json.dump(2) + "\n");
 }
 
@@ -183,16 +180,22 @@ void write_videos(const AnimateArguments& options, const cl::Device& device, cl:
                   rate_per_s, [&](double share) { bar.show(preview_name, share); });
 }
 
-void run_animate(const AnimateArguments& options) {
-  auto scenes = options.scene.load_all(options.report);
+std::vector<Scene> load_moving(const SceneOptions& options, const ReportOptions& report) {
+  auto scenes = options.load_all(report);
   if (!scenes[0].animation)
     throw InputError(one_line(scenes[0].file.string()) +
                      ": nothing moves: add [animation] with frames = 240 and [[animation.track]], "
                      "or use raywave render");
+  return scenes;
+}
+
+void run_animate(const AnimateArguments& options) {
+  auto scenes = load_moving(options.scene, options.report);
   const auto wanted = range_of(options.pictures, scenes[0].animation->pictures);
   const cl::Device device(options.device.info());
   const auto fft = options.device.backend(device.info());
-  const HeldFolder held(options.out);
+  const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;
+  const HeldFolder held(options.out, is_part && !options.restart);
   const std::filesystem::path folder(options.out);
   const auto storage = options.stream ? FrameStorage::stream : FrameStorage::pngs;
 
@@ -200,7 +203,6 @@ void run_animate(const AnimateArguments& options) {
   std::optional<Animator> animator;
   std::vector<std::string> notes;
   StoredHolograms stored;
-  PictureRange there;
   int found = 0;
   {
     ProgressBar bar(options.report.quiet);
@@ -215,24 +217,23 @@ void run_animate(const AnimateArguments& options) {
     for (const auto& note : notes) options.report.note(note);
     if (options.restart) FrameFiles::remove(folder);
     const auto run = animator->run_name(storage);
-    FrameFiles files(folder, storage, run, animator->stored_size(), animator->laser_names(),
-                     {wanted.first, animator->schedule().first_of(wanted.first)});
+    FrameFiles files(folder, storage, run, animator->schedule(), animator->stored_size(),
+                     animator->laser_names(), wanted);
     found = files.pictures();
-    there = {wanted.first, std::max(wanted.end, files.next())};
-    if (files.next() < wanted.end) {
+    if (!is_part && found < wanted.end) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
     }
-    write_report(folder, scenes[0], *animator, storage, run, there, notes);
+    write_report(folder, scenes[0], *animator, storage, run, notes);
     add_to_end_at_signals("; the same command goes on with the pictures that are missing");
     made = animator->make_frames(
-        files, [&](const std::string& what, double share) { bar.show(what, share); }, wanted.end);
+        files, [&](const std::string& what, double share) { bar.show(what, share); });
     add_to_end_at_signals(nullptr);
     stored = {folder,
               storage,
               animator->stored_size(),
-              files.holograms(),
+              animator->schedule().holograms() * static_cast<int>(animator->lasers()),
               animator->schedule().slm_rate_per_s() * static_cast<double>(animator->lasers()),
               animator->laser_names()};
   }
@@ -258,11 +259,11 @@ void run_animate(const AnimateArguments& options) {
       std::printf(" on %s\n", device.info().name.c_str());
     }
   }
-  if (there.end - there.first == animator->schedule().pictures())
+  if (!is_part)
     write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s);
   else if (options.report.prints_text())
-    std::printf("pictures %d to %d, of 0 to %d; videos are made of all of them\n", there.first,
-                there.end - 1, animator->schedule().pictures() - 1);
+    std::printf("pictures %d to %d, of 0 to %d; videos are made of all of them\n", wanted.first,
+                wanted.end - 1, animator->schedule().pictures() - 1);
   options.report.write(Json{{"pictures_found", found},
                             {"pictures", made.pictures},
                             {"holograms", made.holograms},
@@ -272,7 +273,165 @@ void run_animate(const AnimateArguments& options) {
                             {"notes", notes}});
 }
 
+struct UnitsArguments {
+  SceneOptions scene;
+  GoalOptions goal;
+  DeviceOptions device;
+  ReportOptions report;
+  std::string each = "10s", openjd;
+};
+
+/// What one unit takes, measured here.
+struct UnitCost {
+  double begin_s = 0, picture_s = 0;
+  std::uint64_t resident_bytes = 0;
+};
+
+/// Makes small parts in a folder of its own, which goes again.
+///
+/// planned_s  that planning took
+UnitCost cost_of(const Animator& animator, double planned_s) {
+  struct Folder {
+    std::filesystem::path path =
+        std::filesystem::temp_directory_path() / ("raywave-units-" + std::to_string(getpid()));
+    std::error_code ignored{};
+    Folder() { std::filesystem::create_directory(path, ignored); }
+    ~Folder() { std::filesystem::remove_all(path, ignored); }
+  } folder;
+  const auto& schedule = animator.schedule();
+  const auto made = [&](int first, int count) {
+    FrameFiles files(folder.path, FrameStorage::pngs, "units", schedule, animator.stored_size(),
+                     animator.laser_names(),
+                     PictureRange{first, std::min(first + count, schedule.pictures())});
+    return animator.make_frames(files, {});
+  };
+  // Compiles kernels and finds the brightness, which one part does for all
+  constexpr int warming = 2;
+  const int middle = schedule.pictures() / 2;
+  if (middle < warming)
+    throw InputError("an animation of " + count_text(schedule.pictures(), "picture") +
+                     " is too short to be divided");
+  const auto warm = made(0, warming);
+  UnitCost cost;
+  const Stopwatch watch;
+  const auto part = made(middle, warm.seconds > 0.5 ? 2 : 10);
+  cost.begin_s = planned_s + watch.wall_s() - part.seconds;
+  cost.picture_s = std::max(part.seconds / std::max(part.pictures - 1, 1), 1e-4);
+  rusage usage{};
+  getrusage(RUSAGE_SELF, &usage);
+  cost.resident_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
+  return cost;
+}
+
+/// A job of Open Job Description, version 2023-09, https://github.com/OpenJobDescription.
+///
+/// command  words that make the animation, but for where
+Json openjd_template(std::vector<std::string> command, const std::vector<std::string>& units) {
+  const auto program = command.front();
+  command.erase(command.begin());
+  command.insert(command.end(), {"-o", "{{Param.Output}}"});
+  const auto script = [&](const std::vector<std::string>& words) {
+    return Json{{"actions", {{"onRun", {{"command", program}, {"args", words}}}}}};
+  };
+  auto part = command;
+  part.insert(part.end(), {"--quiet", "--pictures", "{{Task.Param.Pictures}}"});
+  const Json parts{
+      {"name", "Parts"},
+      {"parameterSpace",
+       {{"taskParameterDefinitions",
+         Json::array({{{"name", "Pictures"}, {"type", "STRING"}, {"range", units}}})}}},
+      {"script", script(part)}};
+  const Json whole{{"name", "Whole"},
+                   {"dependencies", Json::array({{{"dependsOn", "Parts"}}})},
+                   {"script", script(command)}};
+  return {{"specificationVersion", "jobtemplate-2023-09"},
+          {"name", "raywave animate"},
+          {"parameterDefinitions", Json::array({{{"name", "Output"},
+                                                 {"type", "PATH"},
+                                                 {"objectType", "DIRECTORY"},
+                                                 {"dataFlow", "OUT"},
+                                                 {"default", "out"}}})},
+          {"steps", Json::array({parts, whole})}};
+}
+
+/// Words of a command line that makes the animation; of the place of files, as they are given.
+std::vector<std::string> words_of(const UnitsArguments& options) {
+  std::vector<std::string> words{"raywave", "animate", options.scene.file};
+  const auto add = [&](const char* name, const std::string& value) {
+    if (value.empty()) return;
+    words.push_back(name);
+    words.push_back(value);
+  };
+  for (const auto& set : options.scene.set) add("--set", set);
+  add("--preset", options.goal.preset);
+  add("--budget", options.goal.budget);
+  if (options.goal.psnr_db) add("--psnr", number_text(*options.goal.psnr_db));
+  if (options.goal.rate_per_s) add("--rate", number_text(*options.goal.rate_per_s));
+  add("--device", options.device.device);
+  add("--fft", options.device.fft);
+  return words;
+}
+
+void run_units(const UnitsArguments& options) {
+  const Stopwatch watch;
+  auto scenes = load_moving(options.scene, options.report);
+  const double each_s = given_duration_s(options.each, "--each");
+  const cl::Device device(options.device.info());
+  choose(options.goal.goal(), scenes, device);
+  const Animator animator(device, scenes, options.device.backend(device.info()));
+  const auto cost = cost_of(animator, watch.wall_s());
+  const int all = animator.schedule().pictures(),
+            most = static_cast<int>(
+                std::clamp((each_s - cost.begin_s) / cost.picture_s, 1.0, double(all)));
+  // As even as they can be
+  const int count = (all + most - 1) / most;
+  std::vector<std::string> units;
+  auto list = Json::array();
+  for (int i = 0; i < count; ++i) {
+    const int first = static_cast<int>(std::int64_t{all} * i / count),
+              end = static_cast<int>(std::int64_t{all} * (i + 1) / count);
+    const double seconds = cost.begin_s + (end - first) * cost.picture_s;
+    const auto& name = units.emplace_back(std::to_string(first) + ".." + std::to_string(end - 1));
+    list.push_back(
+        {{"pictures", name},
+         {"seconds", seconds},
+         {"holograms",
+          {animator.schedule().first_of(first), animator.schedule().first_of(end) - 1}}});
+    if (options.report.prints_text()) std::printf("%s  %.1f s\n", name.c_str(), seconds);
+  }
+  const auto command = words_of(options);
+  if (!options.openjd.empty())
+    write_text(options.openjd, openjd_template(command, units).dump(2) + "\n");
+  options.report.note(
+      count_text(count, "unit") + " of up to " + count_text(most, "picture") + ": " +
+      format("%.3g s to begin, %.3g s each picture, %.0f MiB resident, measured on ", cost.begin_s,
+             cost.picture_s, static_cast<double>(cost.resident_bytes) / (1 << 20)) +
+      device.info().name);
+  options.report.write(Json{{"command", command},
+                            {"begin_s", cost.begin_s},
+                            {"picture_s", cost.picture_s},
+                            {"resident_bytes", cost.resident_bytes},
+                            {"device", device.info().name},
+                            {"units", list}});
+}
+
 }  // namespace
+
+void add_units(CLI::App& app) {
+  auto* command = add_command(app, section::make, "units",
+                              "Divide an animation among machines: the parts, and their time",
+                              "build/raywave units data/turntable.toml --each 5s");
+  auto options = std::make_shared<UnitsArguments>();
+  options->scene.add_to(*command, "Scene file (TOML) with [animation]")->required();
+  options->goal.add_to(*command);
+  options->device.add_to(*command);
+  option(*command, "--each", options->each, "TIME", group::pictures,
+         "How long a part may take on this machine, which makes a few pictures to know it");
+  option(*command, "--openjd", options->openjd, "FILE", group::output,
+         "Also write a job template of Open Job Description");
+  options->report.add_to(*command, "the parts");
+  command->callback([options] { run_units(*options); });
+}
 
 void add_animate(CLI::App& app) {
   auto* command =
@@ -286,8 +445,8 @@ void add_animate(CLI::App& app) {
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();
   option(*command, "--pictures", options->pictures, "N", group::pictures,
-         "Only these pictures, counted from 0: 12, or 10..20 with both ends; their files "
-         "are those of the whole animation");
+         "Only these pictures, counted from 0: 12, or 10..20 with both ends; several programs may "
+         "each make some in one folder; without --pictures, what is missing is made");
   flag(*command, "--stream", options->stream, group::output,
        "Write frames.raw, all holograms one after another, a byte for each pixel, instead of PNGs");
   flag(*command, "--restart", options->restart, group::output,

@@ -15,6 +15,7 @@ void add_encode(CLI::App& app);
 void add_pattern(CLI::App& app);
 void add_refine(CLI::App& app);
 void add_animate(CLI::App& app);
+void add_units(CLI::App& app);
 
 void add_reconstruct(CLI::App& app);
 void add_lens(CLI::App& app);

@@ -97,6 +97,7 @@ int main(int argc, char** argv) {
   add_pattern(app);
   add_refine(app);
   add_animate(app);
+  add_units(app);
   add_reconstruct(app);
   add_lens(app);
   add_preview(app);

@@ -212,7 +212,7 @@ void write_whole_by_name(const fs::path& file,
   temporary.rename(file);
 }
 
-HeldFolder::HeldFolder(const fs::path& folder) : folder_(folder) {
+HeldFolder::HeldFolder(const fs::path& folder, bool is_shared) : folder_(folder) {
   std::error_code error;
   for (auto above = folder; !above.empty() && !fs::exists(above, error);
        above = above.parent_path())
@@ -223,7 +223,8 @@ HeldFolder::HeldFolder(const fs::path& folder) : folder_(folder) {
                      ": the folder cannot be made: " + error.message());
   descriptor_ = ::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC);
   // Some file systems have no locks
-  if (descriptor_ >= 0 && flock(descriptor_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK) {
+  const int lock = (is_shared ? LOCK_SH : LOCK_EX) | LOCK_NB;
+  if (descriptor_ >= 0 && flock(descriptor_, lock) != 0 && errno == EWOULDBLOCK) {
     ::close(descriptor_);
     throw InputError(in_quotes(folder.string()) +
                      ": another raywave writes into this folder; wait for its end, or give another "

@@ -46,13 +46,14 @@ private:
   int descriptor_;
 };
 
-/// A folder that one program writes a set of files into.
+/// A folder that one program writes a set of files into, or several that share it, of which each
+/// writes other files.
 class HeldFolder {
 public:
   /// Makes the folder and those above it.
   ///
   /// throws  InputError when it cannot be made, or another program holds it
-  explicit HeldFolder(const std::filesystem::path& folder);
+  explicit HeldFolder(const std::filesystem::path& folder, bool is_shared = false);
   HeldFolder(const HeldFolder&) = delete;
   HeldFolder& operator=(const HeldFolder&) = delete;
   /// Removes what it made and nothing was put into.

@@ -139,8 +139,8 @@ const std::string red_lines =
     "\"square.obj\"\nwidth = \"0.12 mm\"\nposition = [0, 0, \"9 mm\"]\nmaterial = \"red\"\n";
 
 AnimateResult run_colours(const Animator& animator, const fs::path& folder, FrameStorage storage) {
-  FrameFiles files(folder, storage, animator.run_name(storage), animator.stored_size(),
-                   animator.laser_names());
+  FrameFiles files(folder, storage, animator.run_name(storage), animator.schedule(),
+                   animator.stored_size(), animator.laser_names());
   return animator.make_frames(files, {});
 }
 
@@ -196,7 +196,7 @@ TEST_CASE("in colour, each laser's holograms are those of an animation of it alo
     CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
     CHECK((files_of(stopped / "") == wanted));
     stopped.write("frame_00002_450nm.png", "no picture");
-    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
+    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 1);
     CHECK((files_of(stopped / "") == wanted));
     FrameFiles::remove(stopped / "");
     CHECK(files_of(stopped / "").empty());
@@ -204,13 +204,16 @@ TEST_CASE("in colour, each laser's holograms are those of an animation of it alo
     const Folder part;
     {
       FrameFiles files(part / "", FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
-                       animator.stored_size(), laser_names, {1, 2});
-      animator.make_frames(files, {}, 2);
+                       animator.schedule(), animator.stored_size(), laser_names,
+                       PictureRange{1, 2});
+      animator.make_frames(files, {});
     }
-    CHECK(files_of(part / "").size() == 6 + 1);
+    CHECK(files_of(part / "").size() == 6 + 2);  // a report, and the brightness
     for (const auto& [name, bytes] : files_of(part / ""))
-      CHECK((name == "report.jsonl" ? wanted.at(name).find(bytes) != std::string::npos
-                                    : wanted.at(name) == bytes));
+      if (name != "shared.json")
+        CHECK((name == "report_00001_00001.jsonl"
+                   ? wanted.at("report.jsonl").find(bytes) != std::string::npos
+                   : wanted.at(name) == bytes));
   }
 }
 

@@ -37,7 +37,8 @@ inline std::map<std::string, std::string> files_of(const std::filesystem::path& 
 
 inline AnimateResult run(const Animator& animator, const std::filesystem::path& folder,
                          FrameStorage storage) {
-  FrameFiles files(folder, storage, animator.run_name(storage), animator.stored_size());
+  FrameFiles files(folder, storage, animator.run_name(storage), animator.schedule(),
+                   animator.stored_size());
   return animator.make_frames(files, {});
 }
 
