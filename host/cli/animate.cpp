@@ -323,12 +323,26 @@ UnitCost cost_of(const Animator& animator, double planned_s) {
   return cost;
 }
 
-/// A job of Open Job Description, version 2023-09, https://github.com/OpenJobDescription.
+/// A job of Open Job Description, version 2023-09, https://github.com/OpenJobDescription. Places of
+/// scene and output are parameters, which engines map to where files are on a worker.
 ///
-/// command  words that make the animation, but for where
-Json openjd_template(std::vector<std::string> command, const std::vector<std::string>& units) {
+/// command  of words_of
+Json openjd_template(std::vector<std::string> command, const std::filesystem::path& file,
+                     const std::vector<std::string>& units) {
   const auto program = command.front();
+  const auto path = [](const char* name, const char* type, const char* flow,
+                       const std::string& value) {
+    return Json{{"name", name},
+                {"type", "PATH"},
+                {"objectType", type},
+                {"dataFlow", flow},
+                {"default", value}};
+  };
+  // Relative ones count from the template
+  const auto scene =
+      std::filesystem::proximate(command.at(2), std::filesystem::absolute(file).parent_path());
   command.erase(command.begin());
+  command.at(1) = "{{Param.Scene}}";
   command.insert(command.end(), {"-o", "{{Param.Output}}"});
   const auto script = [&](const std::vector<std::string>& words) {
     return Json{{"actions", {{"onRun", {{"command", program}, {"args", words}}}}}};
@@ -346,11 +360,8 @@ Json openjd_template(std::vector<std::string> command, const std::vector<std::st
                    {"script", script(command)}};
   return {{"specificationVersion", "jobtemplate-2023-09"},
           {"name", "raywave animate"},
-          {"parameterDefinitions", Json::array({{{"name", "Output"},
-                                                 {"type", "PATH"},
-                                                 {"objectType", "DIRECTORY"},
-                                                 {"dataFlow", "OUT"},
-                                                 {"default", "out"}}})},
+          {"parameterDefinitions", Json::array({path("Scene", "FILE", "IN", scene.string()),
+                                                path("Output", "DIRECTORY", "OUT", "out")})},
           {"steps", Json::array({parts, whole})}};
 }
 
@@ -401,7 +412,7 @@ void run_units(const UnitsArguments& options) {
   }
   const auto command = words_of(options);
   if (!options.openjd.empty())
-    write_text(options.openjd, openjd_template(command, units).dump(2) + "\n");
+    write_text(options.openjd, openjd_template(command, options.openjd, units).dump(2) + "\n");
   options.report.note(
       count_text(count, "unit") + " of up to " + count_text(most, "picture") + ": " +
       format("%.3g s to begin, %.3g s each picture, %.0f MiB resident, measured on ", cost.begin_s,
