@@ -5,13 +5,16 @@
 #include <array>
 #include <chrono>
 #include <concepts>
+#include <fstream>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
 #include <nlohmann/json.hpp>
+#include <numeric>
 #include <optional>
+#include <string>
 #include <type_traits>
 #include <utility>
 #include <vector>
@@ -20,6 +23,7 @@
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/panel.hpp"
 #include "host/plan/message_text.hpp"
@@ -222,18 +226,65 @@ private:
 Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
     : Animator(device, std::vector<Scene>{std::move(scene)}, fft) {}
 
-Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft)
+Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft,
+                   std::filesystem::path folder)
     : device_(device),
       fft_(fft),
-      schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames) {
+      schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames),
+      folder_(std::move(folder)) {
   for (auto& one : scenes)
     lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
   world_ = build_world(scene());
-  for (auto& laser : lasers_) plan_laser(laser);
+  if (!folder_.empty()) {
+    const auto limits = limits_of(device_.info());
+    shared_by_ = text_of_parts();
+    for (const auto bytes : {limits.device_bytes, limits.largest_buffer_bytes, limits.host_bytes})
+      shared_by_ += std::to_string(bytes) + '\n';
+    shared_by_ = hash_name(shared_by_);
+  }
+  shared_ = read_shared();
+  if (shared_) reach_m_ = shared_->reach_m;
+  std::vector<int> all(static_cast<std::size_t>(schedule_.pictures()));
+  std::iota(all.begin(), all.end(), 0);
+  poses_.assign(lasers_.size(), all);
+  if (shared_) poses_ = shared_->poses;
+  for (std::size_t i = 0; i < lasers_.size(); ++i) plan_laser(lasers_[i], poses_[i]);
+}
+
+std::optional<Animator::Shared> Animator::read_shared() const {
+  if (folder_.empty()) return {};
+  std::ifstream stream(folder_ / FrameFiles::shared_name);
+  try {
+    const auto json = Json::parse(stream);
+    if (json.at("by") != shared_by_) return {};
+    Shared shared{json.at("poses").get<std::vector<std::vector<int>>>(),
+                  {json.at("reach_m").at(0).get<double>(), json.at("reach_m").at(1).get<double>()},
+                  {json.at("clip").get<double>(), json.at("power").get<double>()}};
+    const auto is_whole = [&](const std::vector<int>& poses) {
+      return !poses.empty() && std::ranges::all_of(poses, [&](int pose) {
+        return pose >= 0 && pose < schedule_.pictures();
+      });
+    };
+    if (shared.poses.size() == lasers_.size() && std::ranges::all_of(shared.poses, is_whole))
+      return shared;
+  } catch (const Json::exception&) {  // not there, or damaged
+  }
+  return {};
+}
+
+void Animator::share(const Scale& scale) const {
+  write_text(folder_ / FrameFiles::shared_name,
+             Json{{"by", shared_by_},
+                  {"poses", poses_},
+                  {"reach_m", Json::array({reach_m_.x, reach_m_.y})},
+                  {"clip", scale.clip},
+                  {"power", scale.power}}
+                     .dump() +
+                 "\n");
 }
 
 /// Plans over all pictures, and for the first one, where the world is left.
-void Animator::plan_laser(Laser& laser) {
+void Animator::plan_laser(Laser& laser, std::vector<int>& poses) {
   Scene moved = laser.scene;
   const auto move_to = [&](int picture) {
     try {
@@ -256,7 +307,7 @@ void Animator::plan_laser(Laser& laser) {
   }
   const MemoryUse use{Method::wrp, fft_, laser.scene.colour.has_value()};
   laser.base = std::make_shared<const Plan>(
-      fitting_plan_of_poses(moved, world_, schedule_.pictures(), move_to,
+      fitting_plan_of_poses(moved, world_, poses, move_to,
                             limits_of(device_.info()).for_one_of(static_cast<int>(lasers_.size())),
                             use, RenderOptions{}.rays_per_axis, has_doubles));
   move_to(0);
@@ -316,20 +367,22 @@ glm::ivec2 Animator::stored_size() const {
   return plan().slm.rotate_deg % 180 == 0 ? size : glm::ivec2(size.y, size.x);
 }
 
-std::string Animator::run_name(FrameStorage storage) const {
+std::string Animator::text_of_parts() const {
   const auto& info = device_.info();
   std::string text;
-  for (const auto& part :
-       {std::string(version), scene().digest, info.platform, info.name, info.driver,
-        std::string(name_of(fft_)), std::string(storage == FrameStorage::pngs ? "pngs" : "stream")})
+  for (const auto& part : {std::string(version), scene().digest, info.platform, info.name,
+                           info.driver, std::string(name_of(fft_))})
     text += part + '\n';
+  for (const auto& laser : lasers_) text += digest_of_contents(laser.scene, world_) + '\n';
+  return text;
+}
+
+std::string Animator::run_name(FrameStorage storage) const {
+  auto text = text_of_parts() + (storage == FrameStorage::pngs ? "pngs" : "stream") + '\n';
   for (const auto& laser : lasers_) {
     const auto& base = *laser.base;
-    for (const auto& part :
-         {digest_of_contents(laser.scene, world_),
-          std::to_string(base.tiling.grid.x) + " x " + std::to_string(base.tiling.grid.y),
-          std::to_string(base.most_layers), std::string(name_of(propagation_of(base)))})
-      text += part + '\n';
+    text += std::to_string(base.tiling.grid.x) + " x " + std::to_string(base.tiling.grid.y) + '\n' +
+            std::to_string(base.most_layers) + '\n' + name_of(propagation_of(base)) + '\n';
   }
   return hash_name(text);
 }
@@ -373,6 +426,7 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
     return laser.plan->slm.encoding != Encoding::phase || (lasers_.size() > 1 && lasers_dim(laser));
   });
   if (!scales) return scale;
+  if (shared_) return shared_->scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
     show(scene_at(scene(), picture), picture, renderer);
     const auto results = renderer.render_lasers();
@@ -386,11 +440,8 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   return scale;
 }
 
-Animator::Pictures::Pictures(const Animator& animator, const Progress& progress,
-                             std::optional<Scale> scale)
-    : of_(animator),
-      renderer_(animator.renderer(progress)),
-      scale_(scale ? *scale : of_.brightest(renderer_)) {
+Animator::Pictures::Pictures(const Animator& animator, const Progress& progress)
+    : of_(animator), renderer_(animator.renderer(progress)), scale_(of_.brightest(renderer_)) {
   if (scale_.clip > 0) renderer_.set_clip(scale_.clip);
 }
 
@@ -437,12 +488,8 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     files.finish();
     return made;
   }
-  std::optional<Scale> known;
-  if (const auto shared = files.shared())
-    known = {shared->at("clip").get<double>(), shared->at("power").get<double>()};
-  Pictures pictures(*this, {}, known);
-  if (!known && files.is_part())
-    files.share({{"clip", pictures.scale().clip}, {"power", pictures.scale().power}});
+  Pictures pictures(*this);
+  if (files.is_part() && !folder_.empty() && !shared_) share(pictures.scale());
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
   for (const int picture : missing) {

@@ -2,6 +2,7 @@
 /// The holograms of a scene that moves (docs/animation.md).
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
@@ -53,7 +54,10 @@ public:
   /// The same in colour: a hologram of each laser wherever there is one of one wavelength.
   ///
   /// scenes  of load_scenes
-  Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft);
+  /// folder  of programs that each make a part, and there find and leave what all of them need
+  ///         (FrameFiles::shared_name); empty: none
+  Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft,
+           std::filesystem::path folder = {});
 
   /// Of the first picture.
   const Plan& plan(std::size_t laser = 0) const { return *lasers_.at(laser).plan; }
@@ -84,21 +88,34 @@ public:
   /// throws    InputError when a file cannot be written, DeviceError for the device
   AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
 
+  class Pictures;
+
+private:
   /// Of the brightest of Schedule::pictures_that_scale; 0: not needed.
   struct Scale {
     double clip = 0;   // RenderResult::clip
     double power = 0;  // of all lasers, where phases alone leave the brightness to them
   };
-  class Pictures;
+  /// What each program that makes a part would else compute.
+  struct Shared {
+    std::vector<std::vector<int>> poses;
+    glm::dvec2 reach_m;
+    Scale scale;
+  };
 
-private:
   struct Laser {
     Scene scene;  // at rest, with frames for the picture that has most holograms
     std::shared_ptr<const Plan> base, plan;  // of all pictures; of the first one
   };
   /// Of the first laser, from which the others differ in the laser alone.
   const Scene& scene() const { return lasers_.front().scene; }
-  void plan_laser(Laser& laser);
+  /// poses  that the plan has to serve; receives those that it needs
+  void plan_laser(Laser& laser, std::vector<int>& poses);
+  /// What its holograms depend on, but for the plan and how they are stored.
+  std::string text_of_parts() const;
+  /// What shared.json holds, where it is of the same animation.
+  std::optional<Shared> read_shared() const;
+  void share(const Scale& scale) const;
   /// Where the lasers have to show how bright a picture is.
   bool lasers_dim(const Laser& laser) const;
   /// Of all lasers.
@@ -114,6 +131,10 @@ private:
   std::vector<Laser> lasers_;  // one of one wavelength
   cl::FftBackend fft_;
   Schedule schedule_;
+  std::filesystem::path folder_;
+  std::string shared_by_;  // digest of all that plans and brightness depend on
+  std::optional<Shared> shared_;
+  std::vector<std::vector<int>> poses_;  // that each laser's plan needs
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis
   World world_;            // with all objects where the first picture has them
 };
@@ -131,9 +152,7 @@ public:
   ///
   /// animator  that outlives it
   /// progress  called at every step of a picture
-  /// scale     where it is known
-  explicit Pictures(const Animator& animator, const Progress& progress = {},
-                    std::optional<Scale> scale = {});
+  explicit Pictures(const Animator& animator, const Progress& progress = {});
   AnimatedPicture make(int picture);
   const Scale& scale() const { return scale_; }
 

@@ -72,8 +72,6 @@ void for_lines_of(const fs::path& report, Use use) {
     use(Json::parse(line, nullptr, false));
 }
 
-constexpr const char* shared_name = "shared.json";
-
 }  // namespace
 
 std::string FrameFiles::png_pattern(const std::string& laser) {
@@ -221,18 +219,6 @@ void FrameFiles::add(int picture, std::span<const std::vector<std::uint8_t>> hol
   auto text = line_of(line);
   append(report_, text, own_report().string());
   lines_.emplace(picture, std::move(text));
-}
-
-std::optional<Json> FrameFiles::shared() const {
-  std::ifstream stream(folder_ / shared_name);
-  auto json = Json::parse(stream, nullptr, false);
-  if (!json.is_object() || text_of(json, "run") != run_) return {};
-  return json;
-}
-
-void FrameFiles::share(Json values) const {
-  values["run"] = run_;
-  write_text(folder_ / shared_name, values.dump() + "\n");
 }
 
 void FrameFiles::finish() {

@@ -43,6 +43,7 @@ class FrameFiles {
 public:
   static constexpr const char* report_name = "report.jsonl";
   static constexpr const char* stream_name = "frames.raw";
+  static constexpr const char* shared_name = "shared.json";  // of Animator; goes when all is there
   /// Pattern of the PNGs' names, as printf and ffmpeg read it.
   ///
   /// laser  "638nm"; empty: of one wavelength
@@ -75,10 +76,6 @@ public:
   ///
   /// throws  InputError when something cannot be written; the picture is then not there
   void add(int picture, std::span<const std::vector<std::uint8_t>> holograms, Json line);
-
-  /// What a program of this run has kept for the others, which then need not compute it.
-  std::optional<Json> shared() const;
-  void share(Json values) const;
 
   /// After the last picture: of all pictures, one report in their order, and the stream's name.
   void finish();

@@ -208,7 +208,7 @@ void run_animate(const AnimateArguments& options) {
     ProgressBar bar(options.report.quiet);
     bar.show("plan of all pictures", 0);
     const auto [planned, of_colour] = choose(options.goal.goal(), scenes, device);
-    animator.emplace(device, scenes, fft);
+    animator.emplace(device, scenes, fft, folder);
     notes = animator->notes(
         [&, &planned = planned](const Scene& scene, const World& world, const Plan& plan) {
           return render_warnings(planned, scene, world, plan);
@@ -287,10 +287,11 @@ struct UnitCost {
   std::uint64_t resident_bytes = 0;
 };
 
-/// Makes small parts in a folder of its own, which goes again.
+/// Makes small parts in a folder of its own, which goes again: the first finds what parts share.
 ///
-/// planned_s  that planning took
-UnitCost cost_of(const Animator& animator, double planned_s) {
+/// loaded_s  that it took to begin until here
+UnitCost cost_of(const std::vector<Scene>& scenes, const cl::Device& device, cl::FftBackend fft,
+                 double loaded_s) {
   struct Folder {
     std::filesystem::path path =
         std::filesystem::temp_directory_path() / ("raywave-units-" + std::to_string(getpid()));
@@ -298,24 +299,22 @@ UnitCost cost_of(const Animator& animator, double planned_s) {
     Folder() { std::filesystem::create_directory(path, ignored); }
     ~Folder() { std::filesystem::remove_all(path, ignored); }
   } folder;
-  const auto& schedule = animator.schedule();
-  const auto made = [&](int first, int count) {
-    FrameFiles files(folder.path, FrameStorage::pngs, "units", schedule, animator.stored_size(),
-                     animator.laser_names(),
-                     PictureRange{first, std::min(first + count, schedule.pictures())});
+  const auto made = [&](bool is_first, int count) {
+    const Animator animator(device, scenes, fft, folder.path);
+    const int all = animator.schedule().pictures(), first = is_first ? 0 : all / 2;
+    if (all / 2 < 2)
+      throw InputError("an animation of " + count_text(all, "picture") +
+                       " is too short to be divided");
+    FrameFiles files(folder.path, FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
+                     animator.schedule(), animator.stored_size(), animator.laser_names(),
+                     PictureRange{first, std::min(first + count, all)});
     return animator.make_frames(files, {});
   };
-  // Compiles kernels and finds the brightness, which one part does for all
-  constexpr int warming = 2;
-  const int middle = schedule.pictures() / 2;
-  if (middle < warming)
-    throw InputError("an animation of " + count_text(schedule.pictures(), "picture") +
-                     " is too short to be divided");
-  const auto warm = made(0, warming);
+  const auto warm = made(true, 2);
   UnitCost cost;
   const Stopwatch watch;
-  const auto part = made(middle, warm.seconds > 0.5 ? 2 : 10);
-  cost.begin_s = planned_s + watch.wall_s() - part.seconds;
+  const auto part = made(false, warm.seconds > 0.5 ? 2 : 10);
+  cost.begin_s = loaded_s + watch.wall_s() - part.seconds;
   cost.picture_s = std::max(part.seconds / std::max(part.pictures - 1, 1), 1e-4);
   rusage usage{};
   getrusage(RUSAGE_SELF, &usage);
@@ -389,9 +388,9 @@ void run_units(const UnitsArguments& options) {
   const double each_s = given_duration_s(options.each, "--each");
   const cl::Device device(options.device.info());
   choose(options.goal.goal(), scenes, device);
-  const Animator animator(device, scenes, options.device.backend(device.info()));
-  const auto cost = cost_of(animator, watch.wall_s());
-  const int all = animator.schedule().pictures(),
+  const auto cost = cost_of(scenes, device, options.device.backend(device.info()), watch.wall_s());
+  const Schedule schedule(*scenes[0].animation, scenes[0].sampling.frames);
+  const int all = schedule.pictures(),
             most = static_cast<int>(
                 std::clamp((each_s - cost.begin_s) / cost.picture_s, 1.0, double(all)));
   // As even as they can be
@@ -403,11 +402,9 @@ void run_units(const UnitsArguments& options) {
               end = static_cast<int>(std::int64_t{all} * (i + 1) / count);
     const double seconds = cost.begin_s + (end - first) * cost.picture_s;
     const auto& name = units.emplace_back(std::to_string(first) + ".." + std::to_string(end - 1));
-    list.push_back(
-        {{"pictures", name},
-         {"seconds", seconds},
-         {"holograms",
-          {animator.schedule().first_of(first), animator.schedule().first_of(end) - 1}}});
+    list.push_back({{"pictures", name},
+                    {"seconds", seconds},
+                    {"holograms", {schedule.first_of(first), schedule.first_of(end) - 1}}});
     if (options.report.prints_text()) std::printf("%s  %.1f s\n", name.c_str(), seconds);
   }
   const auto command = words_of(options);

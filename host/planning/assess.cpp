@@ -147,8 +147,10 @@ void require_known_sides(const Scene& scene, const World& world, const Plan& pla
 /// throws  InputError where refinement cannot serve an SLM that shows amplitudes
 void choose_encoding(const Scene& scene, const World& world, bool is_near, const Plan* moved_from,
                      Plan& plan) {
-  if (plan.slm.encoding == Encoding::automatic) {
-    // Lasers of one scene have one encoding: that of the narrowest band, wherever objects move
+  if (plan.slm.encoding == Encoding::automatic && moved_from && !is_near) {
+    plan.slm.encoding = moved_from->slm.encoding;
+  } else if (plan.slm.encoding == Encoding::automatic) {
+    // Lasers of one scene have one encoding: that of the narrowest band
     auto narrowest = plan;
     if (scene.colour)
       narrowest.hologram.largest_sine = largest_sine_of(scene.colour->shortest_m(), plan);
@@ -158,7 +160,6 @@ void choose_encoding(const Scene& scene, const World& world, bool is_near, const
         share_of_band(world, narrowest.hologram.largest_sine) > most_filled_by_double_phase &&
         share_lit_by_scene(world, narrowest) > least_lit_by_phases;
     plan.slm.encoding = !is_near && (is_even || is_dim) ? Encoding::phase : Encoding::double_phase;
-    if (moved_from && !is_near) plan.slm.encoding = moved_from->slm.encoding;
   }
   if (scene.refine) {
     if (shows_amplitude(plan.slm.encoding))

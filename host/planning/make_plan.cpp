@@ -294,7 +294,7 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
   return Search(scene, world, use, limits, rays_per_axis, has_doubles, nullptr).run();
 }
 
-Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
+Plan fitting_plan_of_poses(Scene& scene, World& world, std::vector<int>& poses,
                            const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
                            const MemoryUse& use, int rays_per_axis, bool has_doubles) {
   // Layers and tiles only grow, and light that has gone over to WRPs stays there; what is gathered
@@ -305,23 +305,26 @@ Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
            (is_near_hologram(here) ||
             (here.most_layers == all.most_layers && propagation_of(here) == propagation_of(all)));
   };
-  move_to(0);
+  std::vector<int> needed{poses.at(0)};
+  move_to(needed[0]);
   auto plan = fitting_plan(scene, world, limits, use, rays_per_axis, has_doubles);
-  int last_change = 0;
   for (int round = 0; round < most_rounds; ++round) {
     bool serves_all = true;
-    for (int pose = 0; pose < poses; ++pose) {
+    for (const int pose : poses) {
       move_to(pose);
       auto here = Search(scene, world, use, limits, rays_per_axis, has_doubles, &plan).run();
       if (is_alike(here, plan)) continue;  // what it still lacks, the renderer says
       plan = std::move(here);
       serves_all = false;
-      last_change = pose;
+      needed.push_back(pose);
     }
-    if (serves_all) return plan;
+    if (!serves_all) continue;
+    poses = std::move(needed);
+    return plan;
   }
-  throw InputError(one_line(scene.file.string()) + ": no plan serves all " + std::to_string(poses) +
-                   " pictures: that of picture " + std::to_string(last_change) +
+  throw InputError(one_line(scene.file.string()) + ": no plan serves all " +
+                   std::to_string(poses.size()) + " pictures: that of picture " +
+                   std::to_string(needed.back()) +
                    " has other tiles, depth layers or propagation than the others; give "
                    "hologram.tiles, wrp.layers and wrp.propagation");
 }

@@ -4,6 +4,7 @@
 #pragma once
 
 #include <functional>
+#include <vector>
 
 #include "host/geometry/world.hpp"
 #include "host/plan/memory.hpp"
@@ -44,10 +45,11 @@ Plan fitting_plan(const Scene& scene, const World& world, const MemoryLimits& li
 /// its tiles fit into the memory that each pose needs, and its propagation and depth layers serve
 /// all of them. So the plan of a pose does not depend on the poses before it.
 ///
-/// poses    >= 1
+/// poses    of the scene, the first one first; receives those that the plan needs, by which it can
+///          be made again
 /// move_to  moves scene and world to a pose; they are left at the last one
 /// throws   as make_plan, what `move_to` throws, and InputError when no plan serves all poses
-Plan fitting_plan_of_poses(Scene& scene, World& world, int poses,
+Plan fitting_plan_of_poses(Scene& scene, World& world, std::vector<int>& poses,
                            const std::function<void(int pose)>& move_to, const MemoryLimits& limits,
                            const MemoryUse& use = {}, int rays_per_axis = 100,
                            bool has_doubles = false);

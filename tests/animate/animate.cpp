@@ -167,6 +167,13 @@ TEST_CASE("animate --pictures makes parts, which the same command without it put
   const auto first = desk.start(words("c", {"--pictures", "0..3", "--quiet"}));
   made("c", {"--pictures", "4..6", "--quiet"});
   CHECK(desk.outcome_of(first).code == 0);
+  // What they share may be damaged, and is found again
+  auto damaged = nlohmann::json::parse(bytes_of(desk.file("c/shared.json")));
+  for (const auto& wrong : {nlohmann::json(), nlohmann::json("?"), nlohmann::json{{99}}}) {
+    damaged["poses"] = wrong;
+    desk.folder().write("c/shared.json", damaged.dump());
+    made("c", {"--pictures", "4..6", "--quiet"});
+  }
   {
     const HeldFolder held(desk.file("c"), true);
     check_refused(desk.run(words("c", {"--quiet"})), 2, "another raywave writes into this folder");

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Plans fit the scene and the device: WRPs, kernels, memory, and what is warned of.
+#include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/kernel_options.hpp"
@@ -308,8 +309,16 @@ TEST_CASE("one plan serves a pose that needs WRPs and another that needs more me
   for (const std::uint64_t mib : {80, 100, 120, 160, 200, 240}) {
     INFO(mib << " MiB");
     MemoryLimits limits{.device_bytes = mib << 20};
-    const auto base = fitting_plan_of_poses(scene, world, 2, move_to, limits, use);
+    std::vector<int> poses{0, 0, 1, 0, 1};
+    const auto base = fitting_plan_of_poses(scene, world, poses, move_to, limits, use);
     CHECK_FALSE(base.virtual_planes());
+    // The poses that it needs make it again
+    CHECK(poses.front() == 0);
+    CHECK(poses.size() < 5);
+    const auto again = fitting_plan_of_poses(scene, world, poses, move_to, limits, use);
+    CHECK(again.tiling.grid == base.tiling.grid);
+    CHECK(again.most_layers == base.most_layers);
+    CHECK(propagation_of(again) == propagation_of(base));
     for (const int pose : {0, 1}) {
       move_to(pose);
       const auto plan = make_plan(scene, world, Method::wrp, 100, false, &base);
@@ -323,7 +332,8 @@ TEST_CASE("one plan serves a pose that needs WRPs and another that needs more me
   // Whatever layers the poses before had, each has its own here
   scene.wrp.propagation = WrpPropagation::spectrum;
   const auto ask_for_layers = [&](int pose) { scene.wrp.layers = 1 + pose; };
-  CHECK_REFUSED(fitting_plan_of_poses(scene, world, 2, ask_for_layers, MemoryLimits{}, use),
+  std::vector<int> both{0, 1};
+  CHECK_REFUSED(fitting_plan_of_poses(scene, world, both, ask_for_layers, MemoryLimits{}, use),
                 "no plan serves all 2 pictures: that of picture 1 has other tiles");
 }
 
