@@ -11,6 +11,14 @@
 set -eu
 units=$1
 shift
+if [ ! -s "$units" ]; then
+  echo "parts.sh: $units: no parts; raywave units SCENE >$units makes it" >&2
+  exit 2
+fi
+if [ -n "${RANK:-}" ] && [ -z "${SIZE:-}" ] || [ -z "${RANK:-}" ] && [ -n "${SIZE:-}" ]; then
+  echo "parts.sh: give both RANK and SIZE" >&2
+  exit 2
+fi
 rank=${RANK:-${SLURM_ARRAY_TASK_ID:-${OMPI_COMM_WORLD_RANK:-${PMI_RANK:-${SLURM_PROCID:-0}}}}}
 size=${SIZE:-${SLURM_ARRAY_TASK_COUNT:-${OMPI_COMM_WORLD_SIZE:-${PMI_SIZE:-${SLURM_NTASKS:-1}}}}}
 for part in $(awk -v n="$size" -v i="$rank" 'NR % n == i % n {print $1}' "$units"); do

@@ -136,8 +136,9 @@ void FrameFiles::read_reports() {
       if (run && *run != run_)
         throw InputError(
             in_quotes(file.string()) +
-            ": this folder holds holograms of another scene, device or version; give another "
-            "--output, or --restart to replace them");
+            ": this folder holds holograms of another scene, device or version, or of other --set, "
+            "--preset or --stream; repeat these, give another --output, or --restart to replace "
+            "all of them");
       const auto picture = integer_of(line, "picture");
       if (!run || !picture || *picture < wanted_.first || *picture >= wanted_.end) return;
       const auto number = static_cast<int>(*picture);

@@ -195,7 +195,11 @@ void run_animate(const AnimateArguments& options) {
   const cl::Device device(options.device.info());
   const auto fft = options.device.backend(device.info());
   const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;
-  const HeldFolder held(options.out, is_part && !options.restart);
+  if (is_part && options.restart)
+    throw InputError(
+        "--restart removes all pictures of the folder: give it without --pictures, or remove the "
+        "folder before the first part");
+  const HeldFolder held(options.out, is_part);
   const std::filesystem::path folder(options.out);
   const auto storage = options.stream ? FrameStorage::stream : FrameStorage::pngs;
 
@@ -220,7 +224,7 @@ void run_animate(const AnimateArguments& options) {
     FrameFiles files(folder, storage, run, animator->schedule(), animator->stored_size(),
                      animator->laser_names(), wanted);
     found = files.pictures();
-    if (!is_part && found < wanted.end) {
+    if (found < wanted.end - wanted.first) {
       std::error_code ignored;
       for (const auto* name : {video_name, preview_name})
         std::filesystem::remove(folder / name, ignored);
@@ -434,7 +438,8 @@ void add_units(CLI::App& app) {
   options->goal.add_to(*command);
   options->device.add_to(*command);
   option(*command, "--each", options->each, "TIME", group::pictures,
-         "How long a part may take on this machine, which makes a few pictures to know it");
+         "How long a part may take on this machine, which makes a few pictures to know it")
+      ->capture_default_str();
   option(*command, "--openjd", options->openjd, "FILE", group::output,
          "Also write a job template of Open Job Description");
   options->report.add_to(*command, "the parts");

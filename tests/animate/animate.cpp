@@ -163,6 +163,10 @@ TEST_CASE("animate --pictures makes parts, which the same command without it put
       desk.run(words("a", {"--pictures", "0", "--quiet", "--set", "light.0.intensity=2"})), 2,
       "holds holograms of another scene");
 
+  check_refused(desk.run(words("a", {"--pictures", "0", "--quiet", "--restart"})), 2,
+                "without --pictures");
+  CHECK((files_of(desk.file("a")) == files_of(desk.file("whole"))));
+
   // Side by side in one folder, where a part is made once and the whole waits for its end
   const auto first = desk.start(words("c", {"--pictures", "0..3", "--quiet"}));
   made("c", {"--pictures", "4..6", "--quiet"});

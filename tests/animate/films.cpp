@@ -208,12 +208,11 @@ TEST_CASE("in colour, each laser's holograms are those of an animation of it alo
                        PictureRange{1, 2});
       animator.make_frames(files, {});
     }
-    CHECK(files_of(part / "").size() == 6 + 2);  // a report, and the brightness
+    CHECK(files_of(part / "").size() == 6 + 1);
     for (const auto& [name, bytes] : files_of(part / ""))
-      if (name != "shared.json")
-        CHECK((name == "report_00001_00001.jsonl"
-                   ? wanted.at("report.jsonl").find(bytes) != std::string::npos
-                   : wanted.at(name) == bytes));
+      CHECK((name == "report_00001_00001.jsonl"
+                 ? wanted.at("report.jsonl").find(bytes) != std::string::npos
+                 : wanted.at(name) == bytes));
   }
 }
 

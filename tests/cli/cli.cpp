@@ -91,7 +91,7 @@ std::vector<std::string> options_in(const std::string& help) {
 TEST_CASE("help lists commands by what they are for, and each command's ends with an example") {
   for (const char* text : {"Make a hologram:", "Look at it:", "Measure:", "Devices:", "Exit codes"})
     CHECK_SAYS(help_of(""), text);
-  CHECK(commands().size() == 21);
+  CHECK(commands().size() == 22);
   for (const auto& command : commands()) {
     const auto& help = help_of(command);
     INFO(help);
