@@ -235,13 +235,11 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
   for (auto& one : scenes)
     lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
   world_ = build_world(scene());
-  if (!folder_.empty()) {
-    const auto limits = limits_of(device_.info());
-    shared_by_ = text_of_parts();
-    for (const auto bytes : {limits.device_bytes, limits.largest_buffer_bytes, limits.host_bytes})
-      shared_by_ += std::to_string(bytes) + '\n';
-    shared_by_ = hash_name(shared_by_);
-  }
+  const auto& info = device_.info();
+  for (const auto& part : {std::string(version), scene().digest, info.platform, info.name,
+                           info.driver, std::string(name_of(fft_))})
+    depends_on_ += part + '\n';
+  for (const auto& laser : lasers_) depends_on_ += digest_of_contents(laser.scene, world_) + '\n';
   shared_ = read_shared();
   if (shared_) reach_m_ = shared_->reach_m;
   std::vector<int> all(static_cast<std::size_t>(schedule_.pictures()));
@@ -251,12 +249,20 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
   for (std::size_t i = 0; i < lasers_.size(); ++i) plan_laser(lasers_[i], poses_[i]);
 }
 
+std::string Animator::shared_by() const {
+  auto text = depends_on_;
+  const auto limits = limits_of(device_.info());
+  for (const auto bytes : {limits.device_bytes, limits.largest_buffer_bytes, limits.host_bytes})
+    text += std::to_string(bytes) + '\n';
+  return hash_name(text);
+}
+
 std::optional<Animator::Shared> Animator::read_shared() const {
   if (folder_.empty()) return {};
   std::ifstream stream(folder_ / FrameFiles::shared_name);
   try {
     const auto json = Json::parse(stream);
-    if (json.at("by") != shared_by_) return {};
+    if (json.at("by") != shared_by()) return {};
     Shared shared{json.at("poses").get<std::vector<std::vector<int>>>(),
                   {json.at("reach_m").at(0).get<double>(), json.at("reach_m").at(1).get<double>()},
                   {json.at("clip").get<double>(), json.at("power").get<double>()}};
@@ -274,7 +280,7 @@ std::optional<Animator::Shared> Animator::read_shared() const {
 
 void Animator::share(const Scale& scale) const {
   write_text(folder_ / FrameFiles::shared_name,
-             Json{{"by", shared_by_},
+             Json{{"by", shared_by()},
                   {"poses", poses_},
                   {"reach_m", Json::array({reach_m_.x, reach_m_.y})},
                   {"clip", scale.clip},
@@ -367,18 +373,8 @@ glm::ivec2 Animator::stored_size() const {
   return plan().slm.rotate_deg % 180 == 0 ? size : glm::ivec2(size.y, size.x);
 }
 
-std::string Animator::text_of_parts() const {
-  const auto& info = device_.info();
-  std::string text;
-  for (const auto& part : {std::string(version), scene().digest, info.platform, info.name,
-                           info.driver, std::string(name_of(fft_))})
-    text += part + '\n';
-  for (const auto& laser : lasers_) text += digest_of_contents(laser.scene, world_) + '\n';
-  return text;
-}
-
 std::string Animator::run_name(FrameStorage storage) const {
-  auto text = text_of_parts() + (storage == FrameStorage::pngs ? "pngs" : "stream") + '\n';
+  auto text = depends_on_ + (storage == FrameStorage::pngs ? "pngs" : "stream") + '\n';
   for (const auto& laser : lasers_) {
     const auto& base = *laser.base;
     text += std::to_string(base.tiling.grid.x) + " x " + std::to_string(base.tiling.grid.y) + '\n' +

@@ -111,8 +111,8 @@ private:
   const Scene& scene() const { return lasers_.front().scene; }
   /// poses  that the plan has to serve; receives those that it needs
   void plan_laser(Laser& laser, std::vector<int>& poses);
-  /// What its holograms depend on, but for the plan and how they are stored.
-  std::string text_of_parts() const;
+  /// Digest of what plans and brightness depend on.
+  std::string shared_by() const;
   /// What shared.json holds, where it is of the same animation.
   std::optional<Shared> read_shared() const;
   void share(const Scale& scale) const;
@@ -132,7 +132,7 @@ private:
   cl::FftBackend fft_;
   Schedule schedule_;
   std::filesystem::path folder_;
-  std::string shared_by_;  // digest of all that plans and brightness depend on
+  std::string depends_on_;  // what holograms depend on, but for the plan and how they are stored
   std::optional<Shared> shared_;
   std::vector<std::vector<int>> poses_;  // that each laser's plan needs
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis

@@ -233,7 +233,10 @@ void FrameFiles::finish() {
   for (const auto& report : part_reports(folder_)) fs::remove(report, error);
   fs::remove(folder_ / shared_name, error);
   if (storage_ == FrameStorage::pngs || !fs::exists(partial_stream(), error)) return;
-  fs::rename(partial_stream(), folder_ / stream_name, error);
+  // An earlier run's may have been longer
+  fs::resize_file(partial_stream(),
+                  static_cast<std::uintmax_t>(schedule_.holograms() * lasers()) * pixels(), error);
+  if (!error) fs::rename(partial_stream(), folder_ / stream_name, error);
   if (error)
     throw InputError(in_quotes((folder_ / stream_name).string()) +
                      ": cannot be written: " + error.message());

@@ -379,8 +379,8 @@ std::vector<std::string> words_of(const UnitsArguments& options) {
   for (const auto& set : options.scene.set) add("--set", set);
   add("--preset", options.goal.preset);
   add("--budget", options.goal.budget);
-  if (options.goal.psnr_db) add("--psnr", number_text(*options.goal.psnr_db));
-  if (options.goal.rate_per_s) add("--rate", number_text(*options.goal.rate_per_s));
+  if (options.goal.psnr_db) add("--psnr", format("%.17g", *options.goal.psnr_db));
+  if (options.goal.rate_per_s) add("--rate", format("%.17g", *options.goal.rate_per_s));
   add("--device", options.device.device);
   add("--fft", options.device.fft);
   return words;
@@ -415,7 +415,8 @@ void run_units(const UnitsArguments& options) {
   if (!options.openjd.empty())
     write_text(options.openjd, openjd_template(command, options.openjd, units).dump(2) + "\n");
   options.report.note(
-      count_text(count, "unit") + " of up to " + count_text(most, "picture") + ": " +
+      count_text(count, "unit") + " of up to " + count_text((all + count - 1) / count, "picture") +
+      ": " +
       format("%.3g s to begin, %.3g s each picture, %.0f MiB resident, measured on ", cost.begin_s,
              cost.picture_s, static_cast<double>(cost.resident_bytes) / (1 << 20)) +
       device.info().name);
