@@ -107,9 +107,12 @@ RenderResult Renderer::State::render(Laser& laser) {
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
   refiner.prepare(plan, refine_start(laser));
   const double unit = std::sqrt(traced_.scene().radiance_unit);
-  encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt);
+  encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt,
+                  options_.tile);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
-  for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile)
+  const std::size_t first = options_.tile.value_or(0),
+                    end = options_.tile ? first + 1 : plan.tiling.tiles.size();
+  for (std::size_t tile = first; tile < end; ++tile)
     for (int frame = 0; frame < plan.hologram.frames; ++frame)
       encoder.run(refiner.take(carrier->carry(tile, frame), tile, frame), tile, frame);
   refiner.run(traced_.scene(), traced_.table().get());
@@ -257,7 +260,8 @@ void Renderer::State::make_first_plan(Laser& laser) {
   auto& [scene, plan, cautions, stages, as_of] = laser;
   const auto limits =
       limits_of(device_.info()).for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
-  const MemoryUse use{options_.method, options_.fft, options_.keep_field};
+  const MemoryUse use{options_.method, options_.fft, options_.keep_field,
+                      options_.tile.has_value()};
   const auto* from = base_plan(laser);
   plan =
       from ? raywave::make_plan(scene, world_, options_.method, options_.rays_per_axis,
@@ -318,7 +322,7 @@ RenderResult Renderer::State::finish(Laser& laser) {
     result.notes.emplace_back(
         "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
         "sampling.pitch, or lie where the pixels cannot show them");
-  else if (encoder.is_dark())
+  else if (encoder.is_dark() && !options_.tile)  // others may have light
     result.notes.emplace_back(
         "the hologram is dark: no light comes from the scene at angles that its pixels can show");
   result.plan = plan;
@@ -391,6 +395,8 @@ void Renderer::set_light(std::size_t light, const Light& value) {
 void Renderer::set_seed(std::uint32_t seed) {
   for (auto& laser : state_->lasers_) laser.scene.sampling.seed = laser.plan.hologram.seed = seed;
 }
+
+void Renderer::set_tile(std::size_t tile) { state_->options_.tile = tile; }
 
 void Renderer::set_clip(std::optional<double> clip) { state_->options_.clip = clip; }
 

@@ -44,6 +44,9 @@ struct RenderOptions {
   // (fitting_plan_of_poses), not from that of the picture before. A picture then does not depend on
   // which ones came before it
   std::vector<std::shared_ptr<const Plan>> base_plans;
+  // Only this tile of the plan, from which Renderer::set_tile goes on to others: levels and field
+  // are as large as it. For Method::wrp, without refinement or slm.band
+  std::optional<std::size_t> tile;
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;
@@ -201,6 +204,9 @@ public:
 
   /// Sets RenderOptions::clip of the next pictures.
   void set_clip(std::optional<double> clip);
+
+  /// Sets RenderOptions::tile of the next pictures, where it was given at first.
+  void set_tile(std::size_t tile);
 
   /// Renders the current scene, for the first laser. RenderResult::seconds covers this call; in the
   /// first result it includes the time of the constructor.

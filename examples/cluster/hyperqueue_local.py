@@ -1,7 +1,7 @@
 # SPDX-License-Identifier: Apache-2.0
-"""Makes an animation by workers of HyperQueue (pip install hyperqueue), each with its own core.
+"""Makes an animation, or a hologram in tiles, by workers of HyperQueue (pip install hyperqueue), each with its own core.
 
-usage: hyperqueue_local.py [--workers N] [--each TIME] SCENE OUT [options of raywave animate ...]
+usage: hyperqueue_local.py [--workers N] [--each TIME] SCENE OUT [options of animate or render ...]
 
 A server that runs already, with workers on many machines, takes the same job: put
 `hyperqueue.Client(server_dir)` in the place of LocalCluster.
@@ -23,9 +23,9 @@ def job_of(scene, out, each, options):
     command = [*units["command"], "--quiet", "-o", str(Path(out).resolve())]
     job = Job(max_fails=0)
     where = {"cwd": str(Path.cwd()), "stdout": None, "stderr": None}
-    parts = [job.program([*command, "--pictures", unit["pictures"]], **where)
+    parts = [job.program([*command, units["part"], unit["part"]], **where)
              for unit in units["units"]]
-    job.program(command, deps=parts, **where)
+    job.program([*command, units["part"], "all"], deps=parts, **where)
     return job
 
 

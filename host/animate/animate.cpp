@@ -235,11 +235,9 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
   for (auto& one : scenes)
     lasers_.push_back({with_shapes(with_frames(std::move(one), schedule_)), {}, {}});
   world_ = build_world(scene());
-  const auto& info = device_.info();
-  for (const auto& part : {std::string(version), scene().digest, info.platform, info.name,
-                           info.driver, std::string(name_of(fft_))})
-    depends_on_ += part + '\n';
-  for (const auto& laser : lasers_) depends_on_ += digest_of_contents(laser.scene, world_) + '\n';
+  std::vector<const Scene*> all_scenes;
+  for (const auto& laser : lasers_) all_scenes.push_back(&laser.scene);
+  depends_on_ = given_of(device_, fft_, all_scenes, world_);
   shared_ = read_shared();
   if (shared_) reach_m_ = shared_->reach_m;
   std::vector<int> all(static_cast<std::size_t>(schedule_.pictures()));
@@ -476,6 +474,20 @@ void Animator::turn(std::vector<std::vector<std::uint8_t>>& levels) const {
 }
 
 AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress) const {
+  return make_missing(
+      files,
+      [&]() -> std::function<AnimatedPicture(int)> {
+        const auto pictures = std::make_shared<Pictures>(*this);
+        if (files.is_part() && !folder_.empty() && !shared_) share(pictures->scale());
+        return [pictures](int picture) { return pictures->make(picture); };
+      },
+      [&](auto& levels) { turn(levels); }, progress);
+}
+
+AnimateResult make_missing(FrameFiles& files,
+                           const std::function<std::function<AnimatedPicture(int)>()>& begin,
+                           const std::function<void(std::vector<std::vector<std::uint8_t>>&)>& turn,
+                           const Progress& progress) {
   AnimateResult made;
   std::vector<int> missing;
   for (int picture = files.wanted().first; picture < files.wanted().end; ++picture)
@@ -484,25 +496,24 @@ AnimateResult Animator::make_frames(FrameFiles& files, const Progress& progress)
     files.finish();
     return made;
   }
-  Pictures pictures(*this);
-  if (files.is_part() && !folder_.empty() && !shared_) share(pictures.scale());
+  const auto make = begin();
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
   for (const int picture : missing) {
     if (progress)
-      progress("picture " + std::to_string(picture) + ", of 0 to " +
-                   std::to_string(schedule_.pictures() - 1),
+      progress(files.word() + (" " + std::to_string(picture)) + ", of 0 to " +
+                   std::to_string(files.all() - 1),
                static_cast<double>(picture - files.wanted().first) /
                    (files.wanted().end - files.wanted().first));
     // std::function wants what can be copied
-    const auto one = std::make_shared<AnimatedPicture>(pictures.make(picture));
+    const auto one = std::make_shared<AnimatedPicture>(make(picture));
     add_lines(made.notes, one->notes);
     const auto holograms = static_cast<int>(one->levels.size());
     if (made.pictures > 0) {
       for (const auto& [stage, s] : one->processor_seconds) made.processor_seconds[stage] += s;
       made.timed_holograms += holograms;
     }
-    queue.push([one, &files, picture, this] {
+    queue.push([one, &files, picture, &turn] {
       turn(one->levels);
       files.add(picture, one->levels, one->line);
     });
@@ -546,6 +557,17 @@ Json Animator::line_of(int picture, const Scene& scene, const RenderResult& resu
                     {"view", json_of(at.view)},
                     {"aperture", json_of(at.aperture)}};
   return line;
+}
+
+std::string given_of(const cl::Device& device, cl::FftBackend fft,
+                     const std::vector<const Scene*>& scenes, const World& world) {
+  std::string text;
+  const auto& info = device.info();
+  for (const auto& part : {std::string(version), scenes.at(0)->digest, info.platform, info.name,
+                           info.driver, std::string(name_of(fft))})
+    text += part + '\n';
+  for (const auto* scene : scenes) text += digest_of_contents(*scene, world) + '\n';
+  return text;
 }
 
 std::string digest_of_contents(const Scene& scene, const World& world) {

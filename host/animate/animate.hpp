@@ -139,6 +139,19 @@ private:
   World world_;            // with all objects where the first picture has them
 };
 
+/// Makes the pictures that `files` lacks. While one is computed, those before it are written.
+///
+/// begin  called where one is missing; returns what makes a picture
+/// turn   brings its holograms to how they are stored
+AnimateResult make_missing(FrameFiles& files,
+                           const std::function<std::function<AnimatedPicture(int)>()>& begin,
+                           const std::function<void(std::vector<std::vector<std::uint8_t>>&)>& turn,
+                           const Progress& progress);
+
+/// What every hologram of some scenes depends on, but for their plans.
+std::string given_of(const cl::Device& device, cl::FftBackend fft,
+                     const std::vector<const Scene*>& scenes, const World& world);
+
 /// Digest of all that a scene's files have given: meshes with their materials and pictures, lights,
 /// textures, the SLM's LUT and flatness. Names of files are no part of it.
 ///

@@ -79,12 +79,13 @@ std::string FrameFiles::png_pattern(const std::string& laser) {
 }
 
 std::string FrameFiles::png_name(int hologram, const std::string& laser) {
-  std::array<char, 32> number{};
-  std::snprintf(number.data(), number.size(), "%05d", hologram);
-  return "frame_" + std::string(number.data()) + (laser.empty() ? "" : "_" + laser) + ".png";
+  return format("frame_%05d", hologram) + (laser.empty() ? "" : "_" + laser) + ".png";
 }
 
+std::string FrameFiles::tile_name(int hologram) { return format("tile_%05d.png", hologram); }
+
 std::string FrameFiles::name_of(int place) const {
+  if (storage_ == FrameStorage::tiles) return tile_name(place);
   if (lasers_.empty()) return png_name(place);
   return png_name(place / lasers(), lasers_[static_cast<std::size_t>(place % lasers())]);
 }
@@ -136,10 +137,12 @@ void FrameFiles::read_reports() {
       if (run && *run != run_)
         throw InputError(
             in_quotes(file.string()) +
-            ": this folder holds holograms of another scene, device or version, or of other --set, "
-            "--preset or --stream; repeat these, give another --output, or --restart to replace "
-            "all of them");
-      const auto picture = integer_of(line, "picture");
+            ": this folder holds holograms of another scene, device or version, or of other --set" +
+            (storage_ == FrameStorage::tiles
+                 ? " or --preset; repeat these, or give another --output"
+                 : ", --preset or --stream; repeat these, give another --output, or --restart to "
+                   "replace all of them"));
+      const auto picture = integer_of(line, word());
       if (!run || !picture || *picture < wanted_.first || *picture >= wanted_.end) return;
       const auto number = static_cast<int>(*picture);
       if (!has(number) && is_whole(number, line)) lines_.emplace(number, line_of(line));
@@ -152,8 +155,8 @@ void FrameFiles::open_to_add() {
   if (report_ < 0) refuse_to_write(file.string());
   // Some file systems have no locks
   if (::flock(report_, LOCK_EX | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    throw InputError(in_quotes(file.string()) +
-                     ": another raywave makes these pictures; wait for its end");
+    throw InputError(in_quotes(file.string()) + ": another raywave makes these " + word() +
+                     "s; wait for its end");
   // The end of a line that was cut off
   char last = 0;
   const auto bytes = ::lseek(report_, 0, SEEK_END);
@@ -174,8 +177,8 @@ bool FrameFiles::is_whole(int picture, const Json& line) const {
   int place = schedule_.first_of(picture) * lasers();
   for (const auto& hologram : *holograms) {
     if (!hologram.is_object() || integer_of(hologram, "number") != place) return false;
-    const auto digest = storage_ == FrameStorage::pngs ? digest_of_file(folder_ / name_of(place))
-                                                       : digest_in_stream(place);
+    const auto digest = storage_ == FrameStorage::stream ? digest_in_stream(place)
+                                                         : digest_of_file(folder_ / name_of(place));
     if (digest.empty() || text_of(hologram, "digest") != digest) return false;
     ++place;
   }
@@ -201,7 +204,7 @@ void FrameFiles::add(int picture, std::span<const std::vector<std::uint8_t>> hol
     refuse_to_write(partial_stream().string());
   for (const auto& levels : holograms) {
     Json entry{{"number", place}};
-    if (storage_ == FrameStorage::pngs) {
+    if (storage_ != FrameStorage::stream) {
       const auto name = name_of(place);
       uncompressed_png(size_.x, size_.y, levels, png_);
       write_whole(folder_ / name, [&](OutputFile& to) { to.write(text_of(png_)); });
@@ -232,7 +235,7 @@ void FrameFiles::finish() {
     });
   for (const auto& report : part_reports(folder_)) fs::remove(report, error);
   fs::remove(folder_ / shared_name, error);
-  if (storage_ == FrameStorage::pngs || !fs::exists(partial_stream(), error)) return;
+  if (storage_ != FrameStorage::stream || !fs::exists(partial_stream(), error)) return;
   // An earlier run's may have been longer
   fs::resize_file(partial_stream(),
                   static_cast<std::uintmax_t>(schedule_.holograms() * lasers()) * pixels(), error);
@@ -240,6 +243,21 @@ void FrameFiles::finish() {
   if (error)
     throw InputError(in_quotes((folder_ / stream_name).string()) +
                      ": cannot be written: " + error.message());
+}
+
+std::map<std::string, std::string> FrameFiles::digests(const fs::path& folder) {
+  auto reports = part_reports(folder);
+  reports.push_back(folder / report_name);
+  std::map<std::string, std::string> all;
+  for (const auto& report : reports)
+    for_lines_of(report, [&](const Json& line) {
+      const auto holograms = line.is_object() ? line.find("holograms") : line.end();
+      if (holograms == line.end() || !holograms->is_array()) return;
+      for (const auto& hologram : *holograms)
+        if (hologram.is_object())
+          all[text_of(hologram, "file").value_or("")] = text_of(hologram, "digest").value_or("");
+    });
+  return all;
 }
 
 void FrameFiles::remove(const fs::path& folder) {

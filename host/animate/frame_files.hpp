@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// The files of an animation's holograms, and the report that says which of them are there.
+/// The files of an animation's holograms, or of a hologram's tiles, and the report that says which
+/// of them are there.
 #pragma once
 
 #include <condition_variable>
@@ -25,8 +26,9 @@ namespace raywave {
 
 /// How holograms are stored: a PNG each (frame_00000.png ...), or all of them in frames.raw, one
 /// after another, a byte for each pixel. In colour, a number has a hologram of each laser, in turn
-/// (frame_00000_638nm.png ...).
-enum class FrameStorage { pngs, stream };
+/// (frame_00000_638nm.png ...). Of a hologram in tiles each has a PNG (tile_00000.png ...), and is
+/// what is called a picture here.
+enum class FrameStorage { pngs, stream, tiles };
 
 /// Pictures counted from 0: first <= picture < end.
 struct PictureRange {
@@ -67,6 +69,10 @@ public:
 
   PictureRange wanted() const { return wanted_; }
   bool is_part() const { return wanted_.end - wanted_.first < schedule_.pictures(); }
+  /// Wanted or not.
+  int all() const { return schedule_.pictures(); }
+  /// "picture", or "tile": in messages and lines.
+  const char* word() const { return storage_ == FrameStorage::tiles ? "tile" : "picture"; }
   bool has(int picture) const { return lines_.contains(picture); }
   /// The wanted pictures that are there.
   int pictures() const { return static_cast<int>(lines_.size()); }
@@ -84,6 +90,9 @@ public:
   static void remove(const std::filesystem::path& folder);
 
   static std::string png_name(int hologram, const std::string& laser = {});
+  static std::string tile_name(int hologram);
+  /// The digests of a folder's PNGs by their names, as its reports have them.
+  static std::map<std::string, std::string> digests(const std::filesystem::path& folder);
 
   /// "powers" of the lines of a report, empty where a line has none.
   static std::vector<std::vector<double>> powers(const std::filesystem::path& folder);

@@ -49,6 +49,9 @@ public:
   /// frames  of a picture, where the animation does not say: sampling.frames
   Schedule(const Animation& animation, int frames);
 
+  /// So many pictures of as many holograms each.
+  static Schedule even(int pictures, int each) { return {pictures, each}; }
+
   int pictures() const { return pictures_; }
   /// Number of the first hologram of a picture; of `pictures()`, the number of all holograms.
   int first_of(int picture) const;
@@ -61,6 +64,8 @@ public:
   double slm_rate_per_s() const { return rate_per_s_ * each_; }
 
 private:
+  Schedule(int pictures, int each) : pictures_(pictures), rate_per_s_(1), each_(each) {}
+
   int pictures_;
   double rate_per_s_, each_;  // holograms per picture, on average
 };

@@ -1,11 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/animate.hpp"
 
-#include <sys/resource.h>
-#include <unistd.h>
-
 #include <algorithm>
-#include <charconv>
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
@@ -13,7 +9,6 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
-#include <string_view>
 #include <utility>
 #include <vector>
 
@@ -22,6 +17,7 @@
 #include "host/cli/help.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/parts.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
@@ -48,62 +44,6 @@ struct AnimateArguments {
   std::string out, pictures;
   bool stream = false, restart = false, no_video = false, no_preview = false;
 };
-
-/// --pictures: "12", or "10..20" with both ends; all when it is empty.
-PictureRange range_of(const std::string& text, int pictures) {
-  if (text.empty()) return {0, pictures};
-  const auto fail = [&](const std::string& why) {
-    throw InputError("--pictures " + in_quotes(text) + ": " + why);
-  };
-  const auto number = [&](std::string_view digits) {
-    int value = 0;
-    const auto end = digits.data() + digits.size();
-    const auto [rest, error] = std::from_chars(digits.data(), end, value);
-    if (error == std::errc::invalid_argument || rest != end || value < 0)
-      fail("a number, or two with .. between them, is needed, as in 12 or 10..20");
-    if (error != std::errc() || value >= pictures)
-      fail("the animation has " + std::to_string(pictures) + " pictures, 0 to " +
-           std::to_string(pictures - 1));
-    return value;
-  };
-  const std::string_view view(text);
-  const auto dots = view.find("..");
-  const int first = number(view.substr(0, dots)),
-            last = dots == view.npos ? first : number(view.substr(dots + 2));
-  if (last < first) fail("the last picture comes before the first");
-  return {first, last + 1};
-}
-
-/// "1 picture", "2 pictures"
-std::string count_text(int count, const char* what) {
-  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
-}
-
-/// All keys of a scene as they are in effect; names of files are no part of it.
-std::string keys_of(Scene scene) {
-  scene.file.clear();
-  scene.slm.flatness.picture = {};
-  for (auto& object : scene.objects) object.mesh.clear();
-  for (auto& light : scene.lights) light.picture.clear();
-  for (auto& material : scene.materials) material.texture.reset();
-  return json_of(scene).dump();
-}
-
-/// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest.
-///
-/// returns  the plans of the goal, or none; and a line on colours, or none
-std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
-                                                    const cl::Device& device) {
-  if (!goal.any() && scenes.size() == 1) return {};
-  const auto world = build_world(scenes[0]);
-  std::vector<Planned> planned;
-  if (goal.any()) planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
-  for (std::size_t i = 0; i < planned.size(); ++i) {
-    planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
-    scenes[i] = planned[i].scene;
-  }
-  return {std::move(planned), colour_warning(scenes, world)};
-}
 
 /// report.json, which lets reconstruct and encode read the holograms; of any part the same.
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
@@ -191,7 +131,8 @@ std::vector<Scene> load_moving(const SceneOptions& options, const ReportOptions&
 
 void run_animate(const AnimateArguments& options) {
   auto scenes = load_moving(options.scene, options.report);
-  const auto wanted = range_of(options.pictures, scenes[0].animation->pictures);
+  const auto wanted =
+      range_of("--pictures", options.pictures, "picture", scenes[0].animation->pictures);
   const cl::Device device(options.device.info());
   const auto fft = options.device.backend(device.info());
   const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;
@@ -277,175 +218,7 @@ void run_animate(const AnimateArguments& options) {
                             {"notes", notes}});
 }
 
-struct UnitsArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
-  std::string each = "10s", openjd;
-};
-
-/// What one unit takes, measured here.
-struct UnitCost {
-  double begin_s = 0, picture_s = 0;
-  std::uint64_t resident_bytes = 0;
-};
-
-/// Makes small parts in a folder of its own, which goes again: the first finds what parts share.
-///
-/// loaded_s  that it took to begin until here
-UnitCost cost_of(const std::vector<Scene>& scenes, const cl::Device& device, cl::FftBackend fft,
-                 double loaded_s) {
-  struct Folder {
-    std::filesystem::path path =
-        std::filesystem::temp_directory_path() / ("raywave-units-" + std::to_string(getpid()));
-    std::error_code ignored{};
-    Folder() { std::filesystem::create_directory(path, ignored); }
-    ~Folder() { std::filesystem::remove_all(path, ignored); }
-  } folder;
-  const auto made = [&](bool is_first, int count) {
-    const Animator animator(device, scenes, fft, folder.path);
-    const int all = animator.schedule().pictures(), first = is_first ? 0 : all / 2;
-    if (all / 2 < 2)
-      throw InputError("an animation of " + count_text(all, "picture") +
-                       " is too short to be divided");
-    FrameFiles files(folder.path, FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
-                     animator.schedule(), animator.stored_size(), animator.laser_names(),
-                     PictureRange{first, std::min(first + count, all)});
-    return animator.make_frames(files, {});
-  };
-  const auto warm = made(true, 2);
-  UnitCost cost;
-  const Stopwatch watch;
-  const auto part = made(false, warm.seconds > 0.5 ? 2 : 10);
-  cost.begin_s = loaded_s + watch.wall_s() - part.seconds;
-  cost.picture_s = std::max(part.seconds / std::max(part.pictures - 1, 1), 1e-4);
-  rusage usage{};
-  getrusage(RUSAGE_SELF, &usage);
-  cost.resident_bytes = static_cast<std::uint64_t>(usage.ru_maxrss) * 1024;
-  return cost;
-}
-
-/// A job of Open Job Description, version 2023-09, https://github.com/OpenJobDescription. Places of
-/// scene and output are parameters, which engines map to where files are on a worker.
-///
-/// command  of words_of
-Json openjd_template(std::vector<std::string> command, const std::filesystem::path& file,
-                     const std::vector<std::string>& units) {
-  const auto program = command.front();
-  const auto path = [](const char* name, const char* type, const char* flow,
-                       const std::string& value) {
-    return Json{{"name", name},
-                {"type", "PATH"},
-                {"objectType", type},
-                {"dataFlow", flow},
-                {"default", value}};
-  };
-  // Relative ones count from the template
-  const auto scene =
-      std::filesystem::proximate(command.at(2), std::filesystem::absolute(file).parent_path());
-  command.erase(command.begin());
-  command.at(1) = "{{Param.Scene}}";
-  command.insert(command.end(), {"-o", "{{Param.Output}}"});
-  const auto script = [&](const std::vector<std::string>& words) {
-    return Json{{"actions", {{"onRun", {{"command", program}, {"args", words}}}}}};
-  };
-  auto part = command;
-  part.insert(part.end(), {"--quiet", "--pictures", "{{Task.Param.Pictures}}"});
-  const Json parts{
-      {"name", "Parts"},
-      {"parameterSpace",
-       {{"taskParameterDefinitions",
-         Json::array({{{"name", "Pictures"}, {"type", "STRING"}, {"range", units}}})}}},
-      {"script", script(part)}};
-  const Json whole{{"name", "Whole"},
-                   {"dependencies", Json::array({{{"dependsOn", "Parts"}}})},
-                   {"script", script(command)}};
-  return {{"specificationVersion", "jobtemplate-2023-09"},
-          {"name", "raywave animate"},
-          {"parameterDefinitions", Json::array({path("Scene", "FILE", "IN", scene.string()),
-                                                path("Output", "DIRECTORY", "OUT", "out")})},
-          {"steps", Json::array({parts, whole})}};
-}
-
-/// Words of a command line that makes the animation; of the place of files, as they are given.
-std::vector<std::string> words_of(const UnitsArguments& options) {
-  std::vector<std::string> words{"raywave", "animate", options.scene.file};
-  const auto add = [&](const char* name, const std::string& value) {
-    if (value.empty()) return;
-    words.push_back(name);
-    words.push_back(value);
-  };
-  for (const auto& set : options.scene.set) add("--set", set);
-  add("--preset", options.goal.preset);
-  add("--budget", options.goal.budget);
-  if (options.goal.psnr_db) add("--psnr", format("%.17g", *options.goal.psnr_db));
-  if (options.goal.rate_per_s) add("--rate", format("%.17g", *options.goal.rate_per_s));
-  add("--device", options.device.device);
-  add("--fft", options.device.fft);
-  return words;
-}
-
-void run_units(const UnitsArguments& options) {
-  const Stopwatch watch;
-  auto scenes = load_moving(options.scene, options.report);
-  const double each_s = given_duration_s(options.each, "--each");
-  const cl::Device device(options.device.info());
-  choose(options.goal.goal(), scenes, device);
-  const auto cost = cost_of(scenes, device, options.device.backend(device.info()), watch.wall_s());
-  const Schedule schedule(*scenes[0].animation, scenes[0].sampling.frames);
-  const int all = schedule.pictures(),
-            most = static_cast<int>(
-                std::clamp((each_s - cost.begin_s) / cost.picture_s, 1.0, double(all)));
-  // As even as they can be
-  const int count = (all + most - 1) / most;
-  std::vector<std::string> units;
-  auto list = Json::array();
-  for (int i = 0; i < count; ++i) {
-    const int first = static_cast<int>(std::int64_t{all} * i / count),
-              end = static_cast<int>(std::int64_t{all} * (i + 1) / count);
-    const double seconds = cost.begin_s + (end - first) * cost.picture_s;
-    const auto& name = units.emplace_back(std::to_string(first) + ".." + std::to_string(end - 1));
-    list.push_back({{"pictures", name},
-                    {"seconds", seconds},
-                    {"holograms", {schedule.first_of(first), schedule.first_of(end) - 1}}});
-    if (options.report.prints_text()) std::printf("%s  %.1f s\n", name.c_str(), seconds);
-  }
-  const auto command = words_of(options);
-  if (!options.openjd.empty())
-    write_text(options.openjd, openjd_template(command, options.openjd, units).dump(2) + "\n");
-  options.report.note(
-      count_text(count, "unit") + " of up to " + count_text((all + count - 1) / count, "picture") +
-      ": " +
-      format("%.3g s to begin, %.3g s each picture, %.0f MiB resident, measured on ", cost.begin_s,
-             cost.picture_s, static_cast<double>(cost.resident_bytes) / (1 << 20)) +
-      device.info().name);
-  options.report.write(Json{{"command", command},
-                            {"begin_s", cost.begin_s},
-                            {"picture_s", cost.picture_s},
-                            {"resident_bytes", cost.resident_bytes},
-                            {"device", device.info().name},
-                            {"units", list}});
-}
-
 }  // namespace
-
-void add_units(CLI::App& app) {
-  auto* command = add_command(app, section::make, "units",
-                              "Divide an animation among machines: the parts, and their time",
-                              "build/raywave units data/turntable.toml --each 5s");
-  auto options = std::make_shared<UnitsArguments>();
-  options->scene.add_to(*command, "Scene file (TOML) with [animation]")->required();
-  options->goal.add_to(*command);
-  options->device.add_to(*command);
-  option(*command, "--each", options->each, "TIME", group::pictures,
-         "How long a part may take on this machine, which makes a few pictures to know it")
-      ->capture_default_str();
-  option(*command, "--openjd", options->openjd, "FILE", group::output,
-         "Also write a job template of Open Job Description");
-  options->report.add_to(*command, "the parts");
-  command->callback([options] { run_units(*options); });
-}
 
 void add_animate(CLI::App& app) {
   auto* command =

@@ -21,7 +21,23 @@
 #include "host/scene/scene_text.hpp"
 
 namespace raywave::cli {
+
+bool is_of_tiles(const std::filesystem::path& report) {
+  if (extension_of(report) != ".json") return false;  // nothing is read of pipes
+  std::ifstream in(report);
+  const auto json = Json::parse(in, nullptr, false);
+  return json.is_object() && json.contains("tiles");
+}
+
 namespace {
+
+/// throws  InputError for the report of a hologram in tiles
+void refuse_tiles(const std::filesystem::path& report) {
+  if (is_of_tiles(report))
+    throw InputError(one_line(report.string()) +
+                     ": is of a hologram in tiles; reconstruct shows parts of it (--view, "
+                     "--aperture)");
+}
 
 /// The pictures that a report was written beside.
 std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& report) {
@@ -38,6 +54,7 @@ std::vector<std::filesystem::path> pictures_of(const std::filesystem::path& repo
       throw InputError(one_line(report.string()) +
                        ": is of an animation; give holograms of one picture, such as "
                        "frame_00000.png");
+    refuse_tiles(report);
     if (json.contains("format")) {  // of encode and pattern
       const auto format = picture_format_of(json.at("format").get<std::string>());
       if (!is_read_again(format))
@@ -187,8 +204,9 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
     throw InputError(one_line(report.string()) +
                      ": is a scene; raywave render makes its hologram, and this takes its "
                      "report.json");
-  if (options.files.size() == 1 && extension_of(report) == ".json")
-    lasers = lasers_of_report(report);
+  const bool is_report = options.files.size() == 1 && extension_of(report) == ".json";
+  if (is_report && fields) refuse_tiles(report);
+  if (is_report) lasers = lasers_of_report(report);
   if (!lasers) {
     auto& one = each.emplace_back(options);
     if (fields && extension_of(report) == ".json") {

@@ -74,6 +74,9 @@ struct FinishedRender {
   explicit FinishedRender(const std::filesystem::path& file);
 };
 
+/// Whether a file is the report of a hologram in tiles.
+bool is_of_tiles(const std::filesystem::path& report);
+
 /// The grey levels of a picture, as render and encode write them, in the hologram's frame: turned
 /// and flipped back.
 ///

@@ -16,6 +16,7 @@
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/hologram_part.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_set.hpp"
@@ -144,9 +145,25 @@ void run_reconstruct(const ReconstructArguments& options) {
 
   std::vector<FieldStack> holograms;
   std::vector<HologramSpec> specs;
-  for (const auto& one : given.each) {
-    holograms.push_back(one.load());
-    specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
+  glm::dvec2 part_m(0);  // middle of what was read of the hologram
+  const std::filesystem::path first(options.hologram.files.at(0));
+  if (const auto report = first.parent_path() / "report.json";
+      first.filename().string().starts_with("tile_") && is_of_tiles(report))
+    throw InputError(one_line(first.string()) + ": is a tile of a hologram; give " +
+                     one_line(report.string()) + " and, by --view and --aperture, a part of it");
+  if (is_of_tiles(first)) {
+    auto part = load_part(options.hologram, what.view, what.aperture);
+    holograms.push_back(std::move(part.field));
+    specs.push_back(part.spec);
+    part_m = part.centre_m;
+    what.centre_m -= part_m;
+    what.view = {0, 0};
+    what.aperture = {1, 1};
+  } else {
+    for (const auto& one : given.each) {
+      holograms.push_back(one.load());
+      specs.push_back(one.spec({holograms.back().nx, holograms.back().ny}));
+    }
   }
 
   for (const double z_m : depths_m)
@@ -169,6 +186,7 @@ void run_reconstruct(const ReconstructArguments& options) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
     const double z_m = what.z_m = depths_m[depth];
     what.pupil = pupils[number];
+    if (what.pupil) what.pupil->centre_m -= what.pupil->a * part_m;
     const auto name =
         name_at_depth(stem, options.depths.z[depth], z_m) + name_of_pupil(number, pupils.size());
     std::vector<Image> light;
@@ -193,10 +211,10 @@ void run_reconstruct(const ReconstructArguments& options) {
                           "SLM's own plane, unless slm.stop filters it");
     const double blur = blur_px(options, viewer, specs[0].pitch_m.x, z_m);
     pictures.push_back(
-        given.lasers
-            ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels, name, z_m,
-                                "light", options.report, blur, what.pupil)
-            : options.view.save(light, name, z_m, "intensity", options.report, blur, what.pupil));
+        given.lasers ? options.view.save(picture_of_lasers(given.lasers->lasers, light).channels,
+                                         name, z_m, "light", options.report, blur, pupils[number])
+                     : options.view.save(light, name, z_m, "intensity", options.report, blur,
+                                         pupils[number]));
   }
   options.report.write(Json{{"pictures", pictures}});
 }

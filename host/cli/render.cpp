@@ -20,6 +20,7 @@
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/output_set.hpp"
+#include "host/cli/parts.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -44,7 +45,7 @@ struct RenderArguments {
   MethodOptions method;
   DeviceOptions device;
   ReportOptions report;
-  std::string out;
+  std::string out, tiles;
   bool save_wrps = false, no_field = false, rgb = false;
 };
 
@@ -151,6 +152,12 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
 }
 
 void run_render(const RenderArguments& options) {
+  if (!options.tiles.empty()) {
+    if (options.save_wrps || options.rgb || options.method.method() != Method::wrp)
+      throw InputError("--tiles: leave out --save-wrps, --rgb and --method");
+    return run_tiles(
+        {options.scene, options.goal, options.device, options.report, options.out, options.tiles});
+  }
   auto scenes = options.scene.load_all(options.report);
   const bool is_colour = scenes.size() > 1;
   if (options.rgb && scenes.size() != 3)
@@ -220,6 +227,10 @@ void add_render(CLI::App& app) {
        "Write no field.npy; results take an eighth of the host's memory");
   flag(*command, "--rgb", options->rgb, group::output,
        "Of three lasers: also write hologram_rgb.png, whose channels are their holograms");
+  option(*command, "--tiles", options->tiles, "N", group::output,
+         "Write a file of each tile of hologram.tiles (tile_00000.png ...) and no field, for "
+         "holograms that memory does not hold: all, 12, or 10..20 with both ends; several programs "
+         "may each make some in one folder, and all makes what is missing");
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_render(*options); });
 }

@@ -67,6 +67,11 @@ Encoder::LevelBuffers<std::uint16_t>& Encoder::level_buffers_of() {
   return words_;
 }
 
+void Encoder::set_part(std::shared_ptr<const Panel> part) {
+  panel_ = std::move(part);
+  window_ = {{0, 0}, {0, 0}};
+}
+
 void Encoder::show_up_to(std::optional<double> clip) {
   clip_of_all_ = clip;
   own_clip_ = 0;
@@ -183,11 +188,11 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
       static_cast<float>(std::min<double>(1 / clip, std::numeric_limits<float>::max()));
   auto kernel = program_of(field).kernel("encode");
   const auto& slm = panel_->slm();
+  const auto first = panel_->first_px() + window.first;
   const auto run = [&](const auto& source) {
     kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
-               added_, beam_, table, levels, window.size.x, window.size.y, window.first.x,
-               window.first.y, inverse_clip, least_lit_,
-               slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
+               added_, beam_, table, levels, window.size.x, window.size.y, first.x, first.y,
+               inverse_clip, least_lit_, slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
   return levels;

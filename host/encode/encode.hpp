@@ -33,6 +33,8 @@ public:
   Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel);
 
   const Panel& panel() const { return *panel_; }
+  /// Takes another part of the same SLM.
+  void set_part(std::shared_ptr<const Panel> part);
 
   /// True for encodings that show amplitudes.
   bool needs_clip() const { return panel_->slm().encoding != Encoding::phase; }

@@ -11,14 +11,9 @@
 namespace raywave {
 namespace {
 
-std::size_t pixels_of(const Plan& plan) {
-  return static_cast<std::size_t>(plan.hologram.size.x) *
-         static_cast<std::size_t>(plan.hologram.size.y);
+std::size_t pixels_of(glm::ivec2 size) {
+  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
 }
-
-/// True where fields wait on the host until the hologram is whole; refined phases are encoded frame
-/// by frame.
-bool encodes_at_end(const Plan& plan) { return encodes_whole(plan) && !plan.refine; }
 
 }  // namespace
 
@@ -44,30 +39,35 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
 EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
     : device_(device), keep_field_(keep_field), times_(times) {}
 
-void EncodeStage::prepare(const Plan& plan, std::optional<double> clip) {
+void EncodeStage::prepare(const Plan& plan, std::optional<double> clip,
+                          std::optional<std::size_t> tile) {
   plan_ = &plan;
+  tile_ = tile;
   for (auto& copy : copies_) copy = {};  // a picture that failed may have left some under way
   encoded_ = 0;
   has_light_ = false;
-  if (!encoder_) {
-    panel_ = std::make_shared<Panel>(plan.slm, plan.hologram.size, plan.hologram.pitch_m,
-                                     plan.hologram.wavelength_m);
-    encoder_.emplace(device_, panel_);
+  const auto size = tile ? plan.tiling.tile_size : plan.hologram.size;
+  if (!encoder_ || tile) {
+    std::optional<PanelPart> part;
+    if (tile) part = {plan.hologram.size, plan.tiling.tiles[*tile].first};
+    panel_ = std::make_shared<Panel>(plan.slm, size, plan.hologram.pitch_m,
+                                     plan.hologram.wavelength_m, part);
+    encoder_ ? encoder_->set_part(panel_) : (void)encoder_.emplace(device_, panel_);
   }
   encoder_->show_up_to(clip);
   const auto frames = static_cast<std::size_t>(plan.hologram.frames);
-  levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end(plan) ? 0 : pixels_of(plan)));
+  levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end() ? 0 : pixels_of(size)));
   field = {};
-  needs_field_ = keep_field_ || encodes_at_end(plan);
+  needs_field_ = keep_field_ || encodes_at_end();
   if (needs_field_)
-    field = {plan.hologram.size.x, plan.hologram.size.y, plan.hologram.frames,
-             std::vector<std::complex<float>>(frames * pixels_of(plan))};
+    field = {size.x, size.y, plan.hologram.frames,
+             std::vector<std::complex<float>>(frames * pixels_of(size))};
 }
 
 template <class T>
 cl::Copy EncodeStage::start_reading(const cl::Buffer<T>& from, const PixelWindow& window,
                                     std::span<T> hologram) const {
-  const auto width = static_cast<std::size_t>(plan_->hologram.size.x);
+  const auto width = static_cast<std::size_t>(panel_->size_px().x);
   const auto at =
       static_cast<std::size_t>(window.first.y) * width + static_cast<std::size_t>(window.first.x);
   return from.start_reading_rows(hologram.data() + at, static_cast<std::size_t>(window.size.x),
@@ -86,17 +86,20 @@ void EncodeStage::encode_window(const TileField& of_window, const PixelWindow& w
   device_.finish();
 }
 
+PixelWindow EncodeStage::window_of(std::size_t tile) const {
+  return {plan_->tiling.tiles[tile].first - panel_->first_px(), plan_->tiling.tile_size};
+}
+
 void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
-  if (!encodes_whole(*plan_))
-    encode_window(at_hologram, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
-                  static_cast<std::size_t>(frame));
+  if (!encodes_whole(*plan_) || tile_)
+    encode_window(at_hologram, window_of(tile), static_cast<std::size_t>(frame));
   keep(at_hologram, tile, frame);
 }
 
 void EncodeStage::keep(const TileField& at_hologram, std::size_t tile, int frame) {
   if (!needs_field_) return;
-  const auto pixels = pixels_of(*plan_);
-  start_reading(*at_hologram.samples, {plan_->tiling.tiles[tile].first, plan_->tiling.tile_size},
+  const auto pixels = pixels_of(panel_->size_px());
+  start_reading(*at_hologram.samples, window_of(tile),
                 std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
       .wait();
 }
@@ -116,7 +119,7 @@ void EncodeStage::finish(double radiance_unit) {
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
-    if (encodes_at_end(*plan_)) levels = encode(device_, *encoder_, field);
+    if (encodes_at_end()) levels = encode(device_, *encoder_, field);
   }
   is_dark_ = looks_dark();
   if (keep_field_)

@@ -35,7 +35,9 @@ public:
   ///
   /// plan  must outlive the picture
   /// clip  of all its holograms (Encoder::show_up_to), in the device's units of amplitude
-  void prepare(const Plan& plan, std::optional<double> clip = {});
+  /// tile  only this one is encoded, by itself: results are as large as it
+  void prepare(const Plan& plan, std::optional<double> clip = {},
+               std::optional<std::size_t> tile = {});
 
   /// Encodes the field of one tile of one frame and begins to copy it.
   ///
@@ -59,6 +61,11 @@ public:
 
 private:
   bool looks_dark() const;
+  /// Fields wait on the host until the hologram is whole; refined phases are encoded frame by
+  /// frame, and a tile that is alone by itself.
+  bool encodes_at_end() const { return encodes_whole(*plan_) && !plan_->refine && !tile_; }
+  /// Where a tile lies in the results.
+  PixelWindow window_of(std::size_t tile) const;
   /// Keeps the field of a tile of a frame where it is asked for.
   void keep(const TileField& field, std::size_t tile, int frame);
   /// Encodes a window of a frame and begins to copy it.
@@ -74,6 +81,7 @@ private:
   bool needs_field_ = false;  // kept, or encoded when it is whole
   StageTimes& times_;
   const Plan* plan_ = nullptr;
+  std::optional<std::size_t> tile_;  // the only one
   std::shared_ptr<const Panel> panel_;
   std::optional<Encoder> encoder_;  // from the first plan on: the SLM stays
   // After the results, which they write into, so that they end before them.

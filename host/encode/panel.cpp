@@ -90,13 +90,21 @@ double zernike(int noll, double x, double y) {
          (noll % 2 == 0 ? std::cos(m * angle) : std::sin(m * angle));
 }
 
-Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m)
-    : slm_(slm), size_(size_px), pitch_m_(pitch_m), wavelength_m_(wavelength_m) {
+Panel::Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m,
+             const std::optional<PanelPart>& part)
+    : slm_(slm),
+      size_(size_px),
+      part_(part.value_or(PanelPart{size_px, {0, 0}})),
+      pitch_m_(pitch_m),
+      wavelength_m_(wavelength_m) {
+  const auto& profile = slm_.illumination.profile;
+  if (part && !profile.is_even())
+    throw InputError(profile.where + ": how bright it is on parts of a hologram is not known");
   // Who has no plan has no scene that might fill the band.
   if (slm_.encoding == Encoding::automatic) slm_.encoding = Encoding::double_phase;
   make_levels();
   make_added();
-  beam_ = amplitudes_of(slm_.illumination.profile, size_, pitch_m_);
+  beam_ = amplitudes_of(profile, size_, pitch_m_);
   crosstalk_ = kernel_of(slm_.crosstalk, pitch_m_);
 }
 
@@ -135,7 +143,9 @@ void Panel::make_levels() {
 glm::dvec2 Panel::own_carrier() const { return own_carrier_of(slm_.encoding); }
 
 double Panel::light_turns(int x, int y) const {
-  const glm::dvec2 off_middle(x - (size_.x - 1) / 2.0, (size_.y - 1) / 2.0 - y);
+  const auto of_whole = glm::ivec2(x, y) + part_.first_px;
+  const glm::dvec2 off_middle(of_whole.x - (part_.whole_px.x - 1) / 2.0,
+                              (part_.whole_px.y - 1) / 2.0 - of_whole.y);
   return slm_.illumination.turns(off_middle * pitch_m_, wavelength_m_);
 }
 
@@ -144,7 +154,8 @@ void Panel::make_added() {
   const auto& flatness = slm_.flatness;
   const auto& picture = flatness.picture;
   const bool is_flat = picture.pixels.empty();
-  require_fit(flatness, size_);
+  const auto whole = part_.whole_px;
+  require_fit(flatness, whole);
   if (is_flat && slm_.zernike.empty() && !slm_.lens_m && carrier == glm::dvec2(0) &&
       slm_.offset_turns == 0 && slm_.illumination.is_plane())
     return;
@@ -155,16 +166,17 @@ void Panel::make_added() {
   const double turns_per_value =
       flatness.in_nm ? -1e-9 / wavelength_m_
                      : (falls ? -1 : 1) * (grey_levels_of(slm_) - 1.0) / slm_.levels_per_turn;
-  const int left = (picture.width - size_.x) / 2, top = (picture.height - size_.y) / 2;
-  const double radius = 0.5 * std::max(size_.x * pitch_m_.x, size_.y * pitch_m_.y);
+  const int left = (picture.width - whole.x) / 2 + part_.first_px.x,
+            top = (picture.height - whole.y) / 2 + part_.first_px.y;
+  const double radius = 0.5 * std::max(whole.x * pitch_m_.x, whole.y * pitch_m_.y);
   added_.resize(std::size_t{1} * size_.x * size_.y);
   auto& threads = cl::Threads::shared();
   threads.for_each(
       threads.count(), static_cast<std::size_t>(size_.y), 8, [&](std::size_t, std::size_t row) {
         const int y = static_cast<int>(row);
-        const double up = (size_.y - 1) / 2.0 - y;  // row 0 is the top
+        const double up = (whole.y - 1) / 2.0 - (y + part_.first_px.y);  // row 0 is the top
         for (int x = 0; x < size_.x; ++x) {
-          const double right = x - (size_.x - 1) / 2.0;
+          const double right = x + part_.first_px.x - (whole.x - 1) / 2.0;
           const double x_m = right * pitch_m_.x, y_m = up * pitch_m_.y;
           double turns = slm_.offset_turns + carrier.x * right + carrier.y * up;
           turns -= light_turns(x, y);

@@ -6,23 +6,32 @@
 #include <complex>
 #include <cstdint>
 #include <glm/vec2.hpp>
+#include <optional>
 #include <vector>
 
 #include "host/scene/slm.hpp"
 
 namespace raywave {
 
+/// Where a part of an SLM lies: columns and rows of the whole, and the part's first ones.
+struct PanelPart {
+  glm::ivec2 whole_px{1, 1}, first_px{0, 0};
+};
+
 class Panel {
 public:
   static constexpr int table_size = 4096;
 
-  /// size_px  columns and rows of the SLM
-  /// throws   InputError when the flatness picture does not fit the SLM, or a carrier or shift
-  ///          exceeds its band
-  Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m);
+  /// size_px  columns and rows of the SLM, or of a part of it: other pixels are then not known
+  /// throws   InputError when the flatness picture does not fit the SLM, a carrier or shift exceeds
+  ///          its band, or a part is asked for under a beam that is not even
+  Panel(const SlmSpec& slm, glm::ivec2 size_px, glm::dvec2 pitch_m, double wavelength_m,
+        const std::optional<PanelPart>& part = {});
 
   const SlmSpec& slm() const { return slm_; }
   glm::ivec2 size_px() const { return size_; }
+  /// On the whole SLM, of the first column and row that are known.
+  glm::ivec2 first_px() const { return part_.first_px; }
 
   /// Levels by phase (i / table_size turns) or amplitude (i / (table_size - 1)); empty where they
   /// are proportional. Wanted and shown phase differ by half a step of the table more than levels
@@ -61,6 +70,7 @@ private:
 
   SlmSpec slm_;
   glm::ivec2 size_;
+  PanelPart part_;
   glm::dvec2 pitch_m_;
   double wavelength_m_;
   std::vector<std::uint16_t> level_table_;

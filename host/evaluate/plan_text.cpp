@@ -222,12 +222,15 @@ void add_planes(const Plan& plan, Rows& out) {
           << " the nearest surface\n";
     else
       out << ", for surfaces from " << mm(layer.min_m.z) << " to " << mm(layer.max_m.z) << "\n";
+    constexpr int most_listed = 16;
+    int listed = 0;
     for (const auto& w : plan.wrps) {
-      if (&plan.layer_of(w) != &layer) continue;
+      if (&plan.layer_of(w) != &layer || ++listed > most_listed) continue;
       out << "          centre (" << mm(w.centre_m.x) << ", " << mm(w.centre_m.y) << ")";
       if (!plan.samples.aimed) out << ": " << w.fan.size() << " rays per pixel";
       out << "\n";
     }
+    if (listed > most_listed) out << "          and " << listed - most_listed << " more\n";
   }
 }
 

@@ -311,6 +311,16 @@ void Warnings::of_viewer() {
            length_text(std::ceil((nearest_focus_m - plan.extent.near_m) * 1e2) / 1e2) +
            " is seen sharp");
   }
+  // Within a part of the hologram, what hides what stays as it is
+  constexpr int most_parts = 16;
+  const int parts = plan.samples.visibility_parts;
+  const auto window_m = plan.window_m();
+  const double part_m = std::max(window_m.x, window_m.y) / std::max(parts, 1);
+  if (!scene.viewer.eyepiece_m && parts > 0 && parts < most_parts && part_m > Pupil{}.diameter_m)
+    warn("what hides what is known of parts of the hologram " +
+         length_text(std::round(part_m * 1e5) / 1e5) +
+         " wide, larger than the pupil of an eye: edges brighten and fade slowly as it passes; "
+         "sampling.visibility = 16 makes them sharper");
   for (int axis = 0; axis < 2; ++axis) {
     const double period = period_m(axis), extent = size_m()[axis];
     if (extent > period && !eye) {

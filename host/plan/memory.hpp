@@ -33,6 +33,7 @@ struct MemoryUse {
   Method method = Method::wrp;
   FftBackend fft = FftBackend::host;
   bool keep_field = true;  // at the hologram, in the host's memory
+  bool by_tile = false;    // each tile is a result of its own
 };
 
 /// All but the surface samples, which only the device finds.

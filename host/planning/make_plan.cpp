@@ -16,8 +16,9 @@
 namespace raywave {
 namespace {
 
-/// Layers and tiles that "auto" tries, where the scene leaves them open.
-constexpr int most_layers_tried = 8, most_tiles_tried = 4;
+/// Layers and tiles that "auto" tries, where the scene leaves them open; more tiles, where they
+/// stay so large.
+constexpr int most_layers_tried = 8, most_tiles_tried = 4, large_tile = 2048;
 
 /// Error of light over WRPs from which on it is gathered at the hologram, where that can be.
 constexpr double most_wrp_error = 0.3;
@@ -26,7 +27,11 @@ constexpr double most_wrp_error = 0.3;
 /// than the light of their pixels; the same where there is none.
 glm::ivec2 tiles_to_try(const Plan& plan) {
   auto tiles = plan.tiling.grid, finer = with_more_tiles(plan.hologram.size, tiles);
-  while (finer != tiles && std::max(finer.x, finer.y) <= most_tiles_tried) {
+  const auto is_tried = [&](glm::ivec2 grid) {
+    const auto size = tile_size_of(plan.hologram.size, grid);
+    return std::max(grid.x, grid.y) <= most_tiles_tried || std::min(size.x, size.y) >= large_tile;
+  };
+  while (finer != tiles && is_tried(finer)) {
     tiles = std::exchange(finer, with_more_tiles(plan.hologram.size, finer));
     if (!is_wider_than_light(plan, tile_size_of(plan.hologram.size, tiles))) return tiles;
   }

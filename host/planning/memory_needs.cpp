@@ -80,8 +80,17 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
                    "fewer refine.iterations or a smaller refine.window need less"});
 }
 
-/// What more tiles do not make less: the scene's triangles and samples, what is returned, and
-/// phases that are refined.
+/// What is returned: levels, and the field where it is kept or has to be whole.
+void add_results(const Plan& plan, const MemoryUse& use, MemoryNeeds& all) {
+  const auto pixels =
+      size(plan.hologram.frames) * area(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
+  const bool holds_field = use.keep_field || (encodes_whole(plan) && !plan.refine && !use.by_tile);
+  all.results_bytes += (holds_field ? 9 : 1) * pixels;
+  all.host_bytes += (holds_field ? 9 : 1) * pixels;
+}
+
+/// What more tiles do not make less: the scene's triangles and samples, what is returned of the
+/// whole, and phases that are refined.
 MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUse& use) {
   const std::string mesh = "fewer triangles need less";
   MemoryNeeds all;
@@ -108,9 +117,9 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
     needs.push_back({"phases of a hologram", 8 * all_pixels, advice});
     add_pictures(plan, advice, all);
     if (use.keep_field) all.results_bytes += 8 * pictures;
+    all.host_bytes += all.results_bytes;
   }
-  all.results_bytes += (use.keep_field || (encodes_whole(plan) && !plan.refine) ? 9 : 1) * pictures;
-  all.host_bytes += all.results_bytes;
+  if (!use.by_tile) add_results(plan, use, all);
   return all;
 }
 
@@ -168,6 +177,7 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   const std::string planes = advice_for_planes;
   const auto pixels = area(plan.tiling.tile_size);
   auto all = undivided_needs(world, plan, use);
+  if (use.by_tile) add_results(plan, use, all);
   auto& needs = all.device;
   add_transform_memory(plan, use.fft, all);
   for (std::size_t i = 0; i < (together > 1 ? plan.most_wrps_of_a_tile() : 1); ++i)
@@ -178,7 +188,8 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
   for (std::uint64_t i = 0; i < std::min<std::uint64_t>(pictures, level_buffers); ++i)
     needs.push_back({"hologram levels", pixels, planes});
   needs.push_back({"added phases", 2 * pixels, planes});
-  if (adds_phases(plan)) all.host_bytes += 2 * area(plan.hologram.size);
+  if (adds_phases(plan))
+    all.host_bytes += 2 * area(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
   return all;
 }
 
@@ -208,7 +219,7 @@ std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const M
                              const MemoryLimits& limits) {
   // Amplitudes are scaled over all tiles, which keeps the field until all are there
   const bool scales_tiles =
-      plan.slm.encoding != Encoding::phase &&
+      plan.slm.encoding != Encoding::phase && !use.by_tile &&
       (plan.tiling.tiles.size() > 1 || !missing_on_device(needs, limits).empty());
   auto bytes = needs.results_bytes;
   if (scales_tiles && !use.keep_field && !encodes_whole(plan))
@@ -223,7 +234,10 @@ std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const M
     without_field = ", or keep no field (--no-field)";
   return frames_text(plan) + format_bytes(bytes) + " of memory needed for them alone, there are " +
          format_bytes(limits.host_bytes) +
-         "; give fewer sampling.frames or a smaller hologram.resolution" + without_field;
+         "; give fewer sampling.frames or a smaller hologram.resolution" + without_field +
+         (use.by_tile || use.method != Method::wrp || plan.refine || plan.slm.band != glm::dvec2(1)
+              ? ""
+              : ", or let render write a file of each tile (--tiles all)");
 }
 
 std::string host_shortage(const Plan& plan, const MemoryNeeds& needs, const MemoryLimits& limits) {

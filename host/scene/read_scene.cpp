@@ -234,7 +234,7 @@ Setting lengths(const char* key, std::vector<double>& lengths_m, const Range& ra
 }  // namespace
 
 void keys_of(HologramSpec& spec, const Keys& key) {
-  key(setting("resolution", spec.resolution, [](const Value& v) { return v.integers(65536); }));
+  key(setting("resolution", spec.resolution, [](const Value& v) { return v.integers(262144); }));
   key(setting("pitch", spec.pitch_m, read_pitch).as("pitch_m"));
   key(setting("wavelength", spec.wavelength_m, [](const Value& v) {
         return read_wavelengths(v).front();

@@ -123,7 +123,8 @@ private:
     // Levels hardly deflate: 16384 x 16384 take 8 s and 86 MB with the least effort, else 45 s
     // and 71 MB
     constexpr std::size_t large = std::size_t{1} << 25;
-    if (picture_.row_bytes() * picture_.height > large) png_set_compression_level(png_, 1);
+    if (level > 0 && picture_.row_bytes() * picture_.height > large)
+      png_set_compression_level(png_, 1);
     png_write_info(png_, info_);
     if (picture_.size == 2) png_set_swap(png_);
     png_write_image(png_, rows_.data());

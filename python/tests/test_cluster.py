@@ -75,11 +75,11 @@ def test_ranks_and_tasks_of_arrays_make_each_part_once(run, names, tmp_path):
     says.chmod(0o755)
     made = []
     for rank in ("1", "2"):  # as arrays count; modulo 2, as MPI does
-        asked = run([str(ROOT / "examples/cluster/parts.sh"), str(tmp_path / "units.txt"), "SCENE",
-                     "-o", "OUT"], PATH=f"{tmp_path}:{os.environ['PATH']}",
-                    **dict(zip(names, (rank, "2"))))
+        asked = run([str(ROOT / "examples/cluster/parts.sh"), str(tmp_path / "units.txt"),
+                     "raywave", "animate", "SCENE", "--pictures"],
+                    PATH=f"{tmp_path}:{os.environ['PATH']}", **dict(zip(names, (rank, "2"))))
         made += asked.splitlines()
-    assert sorted(made) == sorted(f"animate SCENE -o OUT --quiet --pictures {p}" for p in parts)
+    assert sorted(made) == sorted(f"animate SCENE --pictures {p}" for p in parts)
 
 
 def test_a_job_of_open_job_description_makes_the_film_of_one_process(run):

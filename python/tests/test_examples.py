@@ -70,3 +70,43 @@ def test_readers_of_tiffs_show_the_higher_level_white_at_the_pitch(tmp_path):
     assert tags["ResolutionUnit"].value == tifffile.RESUNIT.CENTIMETER
     per_cm = [tags[name].value[0] / tags[name].value[1] for name in ("XResolution", "YResolution")]
     assert np.allclose(per_cm, [5000, 10000])
+
+
+def test_a_hologram_in_tiles_becomes_a_relief_in_tiles(tmp_path, program):
+    tifffile = pytest.importorskip("tifffile")
+    image = pytest.importorskip("PIL.Image")
+    (tmp_path / "square.obj").write_text("v -1 -1 0\nv -1 1 0\nv 1 1 0\nv 1 -1 0\nf 1 2 3 4\n")
+    (tmp_path / "scene.toml").write_text("""
+[hologram]
+resolution = [130, 97]
+pitch = "4 um"
+tiles = [3, 2]
+[slm]
+encoding = "phase"
+levels = 2
+[[light]]
+direction = [0, 0, 1]
+[[object]]
+mesh = "square.obj"
+width = "0.2 mm"
+position = [0, 0, "10 mm"]
+""")
+    for words in (["whole", "--no-field"], ["out", "--tiles", "all"]):
+        subprocess.run([program, "render", "scene.toml", "--quiet", "-o", *words], cwd=tmp_path,
+                       check=True)
+    call = [sys.executable, str(ROOT / "examples/lithography.py"), str(tmp_path / "out"), "--index",
+            "1.5", "-o", str(tmp_path / "relief")]
+    subprocess.run(call, check=True)
+    tiles = json.loads((tmp_path / "relief/tiles.json").read_text())
+    assert len(tiles["tiles"]) == 6 and len(tiles["heights_nm"]) == 2
+    high = np.zeros((97, 130), bool)
+    for tile in tiles["tiles"]:
+        part = tifffile.imread(tmp_path / "relief" / tile["file"])
+        x, y = round(tile["left_m"] / 4e-6 + 65), round(48.5 - tile["top_m"] / 4e-6)
+        high[y:y + part.shape[0], x:x + part.shape[1]] = part
+    assert np.array_equal(high, np.array(image.open(tmp_path / "whole/hologram.png")) > 0)
+
+    (tmp_path / "out/tile_00002.png").unlink()
+    call[-1] += "_again"
+    refused = subprocess.run(call, text=True, capture_output=True)
+    assert refused.returncode == 1 and "tile_00002.png is missing" in refused.stderr

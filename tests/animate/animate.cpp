@@ -188,9 +188,9 @@ TEST_CASE("animate --pictures makes parts, which the same command without it put
   made("c", {"--no-preview", "--no-video"});
   CHECK((files_of(desk.file("c")) == files_of(desk.file("whole"))));
 
-  for (const auto& [text, says] : {std::pair("7", "has 7 pictures, 0 to 6"),
-                                   {"3..9", "has 7 pictures, 0 to 6"},
-                                   {"99999999999", "has 7 pictures, 0 to 6"},
+  for (const auto& [text, says] : {std::pair("7", "are 7 pictures, 0 to 6"),
+                                   {"3..9", "are 7 pictures, 0 to 6"},
+                                   {"99999999999", "are 7 pictures, 0 to 6"},
                                    {"4..2", "comes before the first"},
                                    {"-1", "a number, or two with .."},
                                    {"1..", "a number, or two with .."},
@@ -265,7 +265,7 @@ TEST_CASE("units divides an animation into parts that together are all of it, on
   CHECK(small.at("units").size() == 70);
   const auto large = units("3600s");
   CHECK(large.at("units").size() == 1);
-  CHECK(large["units"][0].at("pictures") == "0..69");
+  CHECK(large["units"][0].at("part") == "0..69");
   const double begin_s = small.at("begin_s"), picture_s = small.at("picture_s");
   CHECK(begin_s > 0);
   CHECK(picture_s > 0);
@@ -273,8 +273,7 @@ TEST_CASE("units divides an animation into parts that together are all of it, on
   int next = 0;
   for (const auto& unit : middle.at("units")) {
     int first = -1, last = -1;
-    REQUIRE(std::sscanf(unit.at("pictures").get<std::string>().c_str(), "%d..%d", &first, &last) ==
-            2);
+    REQUIRE(std::sscanf(unit.at("part").get<std::string>().c_str(), "%d..%d", &first, &last) == 2);
     CHECK(first == next);
     CHECK(last >= first);
     CHECK(unit.at("holograms") == nlohmann::json({2 * first, 2 * last + 1}));
@@ -285,7 +284,7 @@ TEST_CASE("units divides an animation into parts that together are all of it, on
   const auto& parts = job.at("steps").at(0);
   const auto& range = parts.at("parameterSpace").at("taskParameterDefinitions").at(0).at("range");
   REQUIRE(range.size() == middle["units"].size());
-  for (std::size_t i = 0; i < range.size(); ++i) CHECK(range[i] == middle["units"][i]["pictures"]);
+  for (std::size_t i = 0; i < range.size(); ++i) CHECK(range[i] == middle["units"][i]["part"]);
   CHECK(job["steps"][1]["dependencies"][0]["dependsOn"] == parts.at("name"));
   const auto args = parts.at("script").at("actions").at("onRun").at("args");
   CHECK(std::count(args.begin(), args.end(), "sampling.seed=3") == 1);
@@ -293,9 +292,9 @@ TEST_CASE("units divides an animation into parts that together are all of it, on
 
   check_refused(desk.run({"units", desk.file("scene.toml"), "--each", "soon"}), 2, "--each");
   desk.scene("[animation]\nframes = 3\n");
-  check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "too short");
+  check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "too few");
   desk.scene("");
-  check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "nothing moves");
+  check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "hologram.tiles");
 }
 
 TEST_CASE("holograms of a scene that rests are the frames that render makes of it") {

@@ -273,16 +273,38 @@ TEST_CASE(
     const auto start = found->find("hologram.resolution") + 19;
     return found->substr(start);
   };
-  CHECK(advice_of({}, true) == ", or keep no field (--no-field)");
+  const std::string by_tile = ", or let render write a file of each tile (--tiles all)";
+  CHECK(advice_of({}, true) == ", or keep no field (--no-field)" + by_tile);
   CHECK(advice_of({}, false) == "fits");
-  CHECK(advice_of({"sampling.frames=5"}, false) == "");  // levels alone are too much
+  CHECK(advice_of({"sampling.frames=5"}, false) == by_tile);  // levels alone are too much
   CHECK(advice_of({"slm.band=[0.5, 0.5]"}, false) == "");
   // In tiles, amplitudes are scaled over all of them
   small.memory.largest_buffer_bytes = 8 << 20;
   for (const bool keep_field : {false, true})
     CHECK(advice_of({"slm.encoding=double-phase"}, keep_field) ==
-          ", or slm.encoding = \"phase\" and no field (--no-field)");
+          ", or slm.encoding = \"phase\" and no field (--no-field)" + by_tile);
   CHECK(advice_of({"slm.encoding=phase"}, false) == "fits");
+}
+
+TEST_CASE("tiles that are files of their own divide what memory does not hold of the whole") {
+  const auto scene = over_wrps("teapot.toml", {"slm.encoding=double-phase"});
+  const auto world = build_world(scene);
+  constexpr auto fft = FftBackend::host;
+  const MemoryUse whole{Method::wrp, fft, false}, by_tile{Method::wrp, fft, false, true};
+  MemoryLimits limits;
+  limits.host_bytes = 17 << 20;  // 18 MiB of field and levels
+  const auto refused = fitting_plan(scene, world, limits, whole);
+  CHECK_FALSE(
+      results_shortage(refused, memory_needs(world, refused, whole, limits.none), whole, limits)
+          .empty());
+  limits.host_bytes = 64 << 20;
+  const auto plan = fitting_plan(scene, world, limits, by_tile);
+  REQUIRE(plan.tiling.tiles.size() > 1);
+  const auto needs = memory_needs(world, plan, by_tile, limits.none);
+  const auto size = plan.tiling.tile_size;
+  CHECK(needs.results_bytes == static_cast<std::uint64_t>(size.x * size.y));
+  CHECK(results_shortage(plan, needs, by_tile, limits).empty());
+  CHECK(host_shortage(plan, needs, limits).empty());
 }
 
 /// Squares of 2 mm side by side, this far from the hologram.

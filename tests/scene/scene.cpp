@@ -75,9 +75,9 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
     const char* message;  // after "scene.toml:LINE: "
   };
   const std::vector<Case> cases{
-      {2, "resolution = [65537, 720]", "hologram: resolution[0] must be 1 to 65536, got 65537"},
+      {2, "resolution = [262145, 720]", "hologram: resolution[0] must be 1 to 262144, got 262145"},
       {2, "resolution = [1280.0, 720]",
-       "hologram: resolution[0] must be a whole number, 1 to 65536, got 1280.0"},
+       "hologram: resolution[0] must be a whole number, 1 to 262144, got 1280.0"},
       {2, "resolution = 1280", "hologram: resolution must be two whole numbers [x, y], got 1280"},
       {2, "resolution = [1, 2, 3]",
        "hologram: resolution must be two whole numbers [x, y], got [1, 2, 3]"},

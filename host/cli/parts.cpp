@@ -1,0 +1,180 @@
+// SPDX-License-Identifier: Apache-2.0
+#include "host/cli/parts.hpp"
+
+#include <charconv>
+#include <cstddef>
+#include <cstdio>
+#include <filesystem>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <string>
+#include <string_view>
+#include <system_error>
+#include <utility>
+#include <vector>
+
+#include "host/animate/hologram_tiles.hpp"
+#include "host/cli/holograms.hpp"
+#include "host/cli/progress.hpp"
+#include "host/common/cache.hpp"
+#include "host/common/error.hpp"
+#include "host/common/json.hpp"
+#include "host/common/output.hpp"
+#include "host/common/text.hpp"
+#include "host/encode/pictures.hpp"
+#include "host/evaluate/report.hpp"
+#include "host/evaluate/stopwatch.hpp"
+#include "host/forecast/tuning.hpp"
+#include "host/geometry/world.hpp"
+#include "host/plan/message_text.hpp"
+#include "host/plan/plan.hpp"
+#include "host/scene/scene_json.hpp"
+
+namespace raywave::cli {
+
+std::string count_text(int count, const char* what) {
+  return std::to_string(count) + " " + what + (count == 1 ? "" : "s");
+}
+
+PictureRange range_of(const std::string& option, const std::string& text, const char* what,
+                      int count) {
+  if (text.empty() || text == "all") return {0, count};
+  const auto fail = [&](const std::string& why) {
+    throw InputError(option + " " + in_quotes(text) + ": " + why);
+  };
+  const auto number = [&](std::string_view digits) {
+    int value = 0;
+    const auto end = digits.data() + digits.size();
+    const auto [rest, error] = std::from_chars(digits.data(), end, value);
+    if (error == std::errc::invalid_argument || rest != end || value < 0)
+      fail("a number, or two with .. between them, is needed, as in 12 or 10..20");
+    if (error != std::errc() || value >= count)
+      fail("there are " + count_text(count, what) + ", 0 to " + std::to_string(count - 1));
+    return value;
+  };
+  const std::string_view view(text);
+  const auto dots = view.find("..");
+  const int first = number(view.substr(0, dots)),
+            last = dots == view.npos ? first : number(view.substr(dots + 2));
+  if (last < first) fail("the last one comes before the first");
+  return {first, last + 1};
+}
+
+namespace {
+
+/// All keys of a scene as they are in effect; names of files are no part of it.
+std::string keys_of(Scene scene) {
+  scene.file.clear();
+  scene.slm.flatness.picture = {};
+  for (auto& object : scene.objects) object.mesh.clear();
+  for (auto& light : scene.lights) light.picture.clear();
+  for (auto& material : scene.materials) material.texture.reset();
+  return json_of(scene).dump();
+}
+
+}  // namespace
+
+std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
+                                                    const cl::Device& device) {
+  if (!goal.any() && scenes.size() == 1) return {};
+  const auto world = build_world(scenes[0]);
+  std::vector<Planned> planned;
+  if (goal.any()) planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
+  for (std::size_t i = 0; i < planned.size(); ++i) {
+    planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
+    scenes[i] = planned[i].scene;
+  }
+  return {std::move(planned), colour_warning(scenes, world)};
+}
+
+namespace {
+
+/// report.json, by which reconstruct finds the tiles; of any part the same.
+void write_manifest(const std::filesystem::path& folder, const HologramTiles& of,
+                    const std::string& run, const std::vector<std::string>& set,
+                    const std::vector<std::string>& notes) {
+  const auto& plan = of.plan();
+  auto hologram = of.scene().hologram;
+  hologram.resolution = plan.hologram.size;
+  auto json = encoded_report(hologram, plan.slm, plan.hologram.frames, PictureFormat::png, {});
+  json["scene"]["viewer"] = json_of(of.scene().viewer);
+  json.erase("format");
+  json.erase("pictures");
+  const auto& [grid, size, tiles, why, cone, apodization] = plan.tiling;
+  auto columns = Json::array(), rows = Json::array();
+  for (int x = 0; x < grid.x; ++x) columns.push_back(tiles[static_cast<std::size_t>(x)].first.x);
+  for (int y = 0; y < grid.y; ++y)
+    rows.push_back(tiles[static_cast<std::size_t>(y * grid.x)].first.y);
+  json["tiles"] = {
+      {"run", run},      {"size_px", {size.x, size.y}}, {"columns_px", columns},
+      {"rows_px", rows}, {"files", "tile_%05d.png"},    {"lines", FrameFiles::report_name}};
+  json["plan"] = plan_json(plan);
+  json["set"] = set;
+  json["notes"] = notes;
+  write_text(folder / "report.json", json.dump(2) + "\n");
+}
+
+}  // namespace
+
+void require_one_laser(const std::vector<Scene>& scenes) {
+  if (scenes.size() == 1) return;
+  throw InputError(one_line(scenes[0].file.string()) +
+                   ": tiles are made for one laser at a time; give one, such as --set "
+                   "hologram.wavelength=638nm");
+}
+
+void run_tiles(const TilesArguments& options) {
+  auto scenes = options.scene.load_all(options.report);
+  require_one_laser(scenes);
+  const cl::Device device(options.device.info());
+  const auto fft = options.device.backend(device.info());
+  const std::filesystem::path folder(options.out);
+  const bool is_all = options.tiles == "all";
+  const HeldFolder held(folder, !is_all);
+  std::optional<ProgressBar> bar(options.report.quiet);
+  bar->show("plan", 0);
+  const auto planned = choose(options.goal.goal(), scenes, device).first;
+  const HologramTiles hologram(device, scenes[0], fft, folder);
+  const auto notes = hologram.notes([&](const Scene& scene, const World& world, const Plan& plan) {
+    return render_warnings(planned, scene, world, plan);
+  });
+  for (const auto& note : notes) options.report.note(note);
+  if (options.goal.psnr_db)
+    options.report.note("--psnr is not checked: no tile shows a whole picture");
+  const auto& tiling = hologram.plan().tiling;
+  const int count = hologram.schedule().pictures();
+  const auto wanted = range_of("--tiles", options.tiles, "tile", count);
+  const auto run = hologram.run_name(FrameStorage::tiles);
+  FrameFiles files(folder, FrameStorage::tiles, run, hologram.schedule(), tiling.tile_size, {},
+                   wanted);
+  const int found = files.pictures();
+  write_manifest(folder, hologram, run, options.scene.set, notes);
+  add_to_end_at_signals("; the same command goes on with the tiles that are missing");
+  const Stopwatch watch;
+  const auto made = hologram.make_frames(
+      files, [&](const std::string& what, double share) { bar->show(what, share); });
+  add_to_end_at_signals(nullptr);
+  bar.reset();
+  auto all_notes = notes;
+  add_lines(all_notes, made.notes);
+  for (auto i = notes.size(); i < all_notes.size(); ++i) options.report.note(all_notes[i]);
+  if (options.report.prints_text()) {
+    if (found > 0)
+      std::printf("%s there\n",
+                  found == 1 ? "1 tile was" : (std::to_string(found) + " tiles were").c_str());
+    if (made.pictures > 0)
+      std::printf("%s of %d x %d in %s/tile_%%05d.png in %s on %s\n",
+                  count_text(made.pictures, "tile").c_str(), tiling.tile_size.x, tiling.tile_size.y,
+                  options.out.c_str(), duration_text(watch.wall_s()).c_str(),
+                  device.info().name.c_str());
+    std::printf("tiles %d to %d, of 0 to %d, %d x %d, row by row from the top left\n", wanted.first,
+                wanted.end - 1, count - 1, tiling.grid.x, tiling.grid.y);
+  }
+  options.report.write(Json{{"tiles_found", found},
+                            {"tiles", made.pictures},
+                            {"seconds", watch.wall_s()},
+                            {"processor_seconds", made.processor_seconds},
+                            {"notes", all_notes}});
+}
+
+}  // namespace raywave::cli

@@ -1,0 +1,48 @@
+// SPDX-License-Identifier: Apache-2.0
+/// What is made part by part: the pictures of an animation, the tiles of a hologram.
+#pragma once
+
+#include <string>
+#include <utility>
+#include <vector>
+
+#include "cl/device.hpp"
+#include "host/animate/frame_files.hpp"
+#include "host/cli/options.hpp"
+#include "host/forecast/presets.hpp"
+#include "host/scene/scene.hpp"
+
+namespace raywave::cli {
+
+/// --pictures and --tiles: "12", or "10..20" with both ends; "all", or empty: all.
+///
+/// option  its name
+/// what    of which there are so many: "picture"
+/// throws  InputError
+PictureRange range_of(const std::string& option, const std::string& text, const char* what,
+                      int count);
+
+/// "1 picture", "2 pictures"
+std::string count_text(int count, const char* what);
+
+/// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest. What it chose
+/// is in their digests.
+///
+/// returns  the plans of the goal, or none; and a line on colours, or none
+std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
+                                                    const cl::Device& device);
+
+/// throws  InputError for scenes of several lasers, whose tiles are not made together
+void require_one_laser(const std::vector<Scene>& scenes);
+
+/// What `render --tiles` is asked for.
+struct TilesArguments {
+  SceneOptions scene;
+  GoalOptions goal;
+  DeviceOptions device;
+  ReportOptions report;
+  std::string out, tiles;
+};
+void run_tiles(const TilesArguments& options);
+
+}  // namespace raywave::cli
