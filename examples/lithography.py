@@ -67,8 +67,15 @@ def rendered_tiles(folder, report):
                          + (f", and {len(missing) - 1} more" if len(missing) > 1 else "")
                          + "; raywave render ... --tiles all makes them")
     nx, ny = report["scene"]["hologram"]["resolution"]
-    return nx, ny, lambda: ((x, y, np.asarray(Image.open(file)))
-                            for (x, y), file in zip(places, files))
+
+    def levels_of(file):
+        try:
+            return np.asarray(Image.open(file))
+        except OSError as error:
+            raise SystemExit(f"lithography.py: {file}: {error}; raywave render ... --tiles all "
+                             "makes it anew") from None
+
+    return nx, ny, lambda: ((x, y, levels_of(file)) for (x, y), file in zip(places, files))
 
 
 def say(text):

@@ -35,16 +35,18 @@ Plan plan_of(const cl::Device& device, const Scene& scene, const World& world, c
                    RenderOptions{}.rays_per_axis, device.info().fp64);
   const auto file = one_line(scene.file.string());
   if (plan.tiling.tiles.size() < 2)
-    throw InputError(file + ": --tiles: the hologram is one piece; give hologram.tiles, such as " +
+    throw InputError(file +
+                     ": the hologram is one piece, not tiles; give hologram.tiles, such as " +
                      "--set hologram.tiles=[4,4]");
-  for (const auto& [is_given, key] : {std::pair(plan.refine.has_value(), "[refine]"),
-                                      std::pair(plan.slm.band != glm::dvec2(1), "slm.band")})
+  for (const auto& [is_given, key] :
+       {std::pair(plan.refine.has_value(), "[refine] (of the scene, or a goal's)"),
+        std::pair(plan.slm.band != glm::dvec2(1), "slm.band")})
     if (is_given)
-      throw InputError(file + ": --tiles: " + key +
+      throw InputError(file + ": " + key +
                        " is for the whole hologram, and tiles are made one by one; leave it out");
   if (plan.slm.flip_x || plan.slm.flip_y || plan.slm.rotate_deg != 0)
     throw InputError(file +
-                     ": --tiles: slm.flip and slm.rotate turn the picture of a whole SLM; leave "
+                     ": slm.flip and slm.rotate turn the picture of a whole SLM; leave "
                      "them out");
   return plan;
 }

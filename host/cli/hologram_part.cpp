@@ -80,8 +80,10 @@ HologramPart load_part(const HologramOptions& options, glm::dvec2 view, glm::dve
     throw InputError("--view, --aperture: no pixel of the hologram lies in this part");
   if (1.0 * size.x * size.y > most_pixels)
     throw InputError(name + ": this part of the hologram has " + std::to_string(size.x) + " x " +
-                     std::to_string(size.y) +
-                     " pixels, more than can be looked at together; give --aperture a smaller one");
+                     std::to_string(size.y) + " pixels, more than " +
+                     std::to_string(static_cast<int>(most_pixels)) +
+                     ", which can be looked at together; give --aperture a smaller one (a --pupil "
+                     "does not tell which tiles to read)");
   try {
     std::ifstream in(report);
     const auto json = Json::parse(in);

@@ -234,6 +234,7 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
 FinishedRender::FinishedRender(const std::filesystem::path& file) {
   const auto name = one_line(file.string());
   const auto folder = file.parent_path();
+  refuse_tiles(file);
   const auto lasers = lasers_of_report(file);
   try {
     std::ifstream in(file);

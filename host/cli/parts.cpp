@@ -119,8 +119,8 @@ void write_manifest(const std::filesystem::path& folder, const HologramTiles& of
 void require_one_laser(const std::vector<Scene>& scenes) {
   if (scenes.size() == 1) return;
   throw InputError(one_line(scenes[0].file.string()) +
-                   ": tiles are made for one laser at a time; give one, such as --set "
-                   "hologram.wavelength=638nm");
+                   ": tiles are made for one laser at a time; give one: --set colour.only=" +
+                   laser_name(scenes[0].hologram.wavelength_m));
 }
 
 void run_tiles(const TilesArguments& options) {
@@ -163,7 +163,7 @@ void run_tiles(const TilesArguments& options) {
       std::printf("%s there\n",
                   found == 1 ? "1 tile was" : (std::to_string(found) + " tiles were").c_str());
     if (made.pictures > 0)
-      std::printf("%s of %d x %d in %s/tile_%%05d.png in %s on %s\n",
+      std::printf("%s of %d x %d as %s/tile_00000.png ... in %s on %s\n",
                   count_text(made.pictures, "tile").c_str(), tiling.tile_size.x, tiling.tile_size.y,
                   options.out.c_str(), duration_text(watch.wall_s()).c_str(),
                   device.info().name.c_str());

@@ -153,8 +153,13 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
 
 void run_render(const RenderArguments& options) {
   if (!options.tiles.empty()) {
-    if (options.save_wrps || options.rgb || options.method.method() != Method::wrp)
-      throw InputError("--tiles: leave out --save-wrps, --rgb and --method");
+    for (const auto& [is_given, name] :
+         {std::pair(options.save_wrps, "--save-wrps"), std::pair(options.rgb, "--rgb"),
+          std::pair(options.method.method() != Method::wrp, "--method")})
+      if (is_given)
+        throw InputError(std::string(name) +
+                         ": leave it out; --tiles writes levels alone, by "
+                         "--method wrp");
     return run_tiles(
         {options.scene, options.goal, options.device, options.report, options.out, options.tiles});
   }
@@ -174,6 +179,9 @@ void run_render(const RenderArguments& options) {
   how.keep_wrps = options.save_wrps;
   how.keep_field = !options.no_field;
   OutputSet out(options.out);
+  if (is_of_tiles(out.folder() / "report.json"))
+    throw InputError(in_quotes(options.out) +
+                     ": holds a hologram in tiles; add --tiles, or give another --output");
   std::optional<GoalCheck> check;
   const auto result = render_planned(options, scenes, device, how, check);
   for (const auto& note : notes_of(result.lasers)) options.report.note(note);
@@ -227,10 +235,11 @@ void add_render(CLI::App& app) {
        "Write no field.npy; results take an eighth of the host's memory");
   flag(*command, "--rgb", options->rgb, group::output,
        "Of three lasers: also write hologram_rgb.png, whose channels are their holograms");
-  option(*command, "--tiles", options->tiles, "N", group::output,
-         "Write a file of each tile of hologram.tiles (tile_00000.png ...) and no field, for "
-         "holograms that memory does not hold: all, 12, or 10..20 with both ends; several programs "
-         "may each make some in one folder, and all makes what is missing");
+  option(
+      *command, "--tiles", options->tiles, "N", group::output,
+      "Write a file of each tile of hologram.tiles (tile_00000.png ...) and no field, for "
+      "holograms that memory does not hold: 12, or 10..20 with both ends, which several programs "
+      "may make in one folder at once; or all, alone, which makes what is missing");
   options->report.add_to(*command, "report.json");
   command->callback([options] { run_render(*options); });
 }

@@ -73,7 +73,10 @@ std::pair<Schedule, UnitCost> cost_of(const auto& scene, const cl::Device& devic
     const int all = schedule->pictures(), first = is_first ? 0 : all / 2;
     if (all / 2 < 2)
       throw InputError(count_text(all, storage == FrameStorage::tiles ? "tile" : "picture") +
-                       ": these are too few to be divided");
+                       ": these are too few to be divided" +
+                       (storage == FrameStorage::tiles
+                            ? "; give more, such as --set hologram.tiles=[6,6]"
+                            : ""));
     FrameFiles files(folder.path, storage, whole.run_name(storage), whole.schedule(),
                      whole.stored_size(), whole.laser_names(),
                      PictureRange{first, std::min(first + count, all)});

@@ -185,6 +185,7 @@ TEST_CASE("render --tiles makes parts and then the rest, and refuses what needs 
       2, "illumination");
   check_refused(tiles("all", {"--set", "hologram.wavelength=[638e-9,520e-9]"}), 2, "one laser");
   check_refused(tiles("all", {"--save-wrps"}), 2, "--save-wrps");
+  check_refused(desk.render(), 2, "holds a hologram in tiles; add --tiles");
 }
 
 TEST_CASE("units divides a hologram in tiles, and what it names makes all of it") {
