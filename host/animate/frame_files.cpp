@@ -5,9 +5,7 @@
 #include <sys/file.h>
 #include <unistd.h>
 
-#include <array>
 #include <cerrno>
-#include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -82,7 +80,7 @@ std::string FrameFiles::png_name(int hologram, const std::string& laser) {
   return format("frame_%05d", hologram) + (laser.empty() ? "" : "_" + laser) + ".png";
 }
 
-std::string FrameFiles::tile_name(int hologram) { return format("tile_%05d.png", hologram); }
+std::string FrameFiles::tile_name(int hologram) { return format(tile_pattern, hologram); }
 
 std::string FrameFiles::name_of(int place) const {
   if (storage_ == FrameStorage::tiles) return tile_name(place);

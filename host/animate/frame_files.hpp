@@ -90,6 +90,7 @@ public:
   static void remove(const std::filesystem::path& folder);
 
   static std::string png_name(int hologram, const std::string& laser = {});
+  static constexpr const char* tile_pattern = "tile_%05d.png";
   static std::string tile_name(int hologram);
   /// The digests of a folder's PNGs by their names, as its reports have them.
   static std::map<std::string, std::string> digests(const std::filesystem::path& folder);

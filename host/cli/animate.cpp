@@ -57,11 +57,7 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
     const auto& plan = animator.plan(laser);
     auto spec = hologram;
     spec.wavelength_m = plan.hologram.wavelength_m;
-    auto one = encoded_report(spec, plan.slm, schedule.holograms(), PictureFormat::png, {});
-    one["scene"]["viewer"] = raywave::json_of(scene.viewer);
-    one.erase("format");
-    one.erase("pictures");
-    return one;
+    return numbered_report(spec, plan.slm, scene.viewer, schedule.holograms());
   };
   const auto names = animator.laser_names();
   Json json;

@@ -25,7 +25,7 @@
 namespace raywave::cli {
 namespace {
 
-/// Of a light field and its levels; pictures of it take several times as much.
+/// Of all frames of a light field and its levels; pictures of it take several times as much.
 constexpr double most_pixels = 1 << 28;
 
 /// First pixel along a side that lets light through, and the one after the last.
@@ -34,6 +34,16 @@ std::pair<int, int> pixels_along(int n, double centre, double size) {
   while (first < n && !lets_through(first, n, centre, size)) ++first;
   while (end > first && !lets_through(end - 1, n, centre, size)) --end;
   return {first, end};
+}
+
+/// Whether tiles that begin at these pixels of a side cover it from end to end.
+bool cover(const std::vector<int>& firsts, int tile_px, int side_px) {
+  std::int64_t end = 0;
+  for (const int first : firsts) {
+    if (first < 0 || first > end || tile_px < 1) return false;
+    end = std::int64_t{first} + tile_px;
+  }
+  return end == side_px;
 }
 
 /// Ranges of numbers as --tiles takes them: "3..7, 12".
@@ -78,12 +88,6 @@ HologramPart load_part(const HologramOptions& options, glm::dvec2 view, glm::dve
   const glm::ivec2 first(left, top), size = glm::ivec2(right, bottom) - first;
   if (size.x <= 0 || size.y <= 0)
     throw InputError("--view, --aperture: no pixel of the hologram lies in this part");
-  if (1.0 * size.x * size.y > most_pixels)
-    throw InputError(name + ": this part of the hologram has " + std::to_string(size.x) + " x " +
-                     std::to_string(size.y) + " pixels, more than " +
-                     std::to_string(static_cast<int>(most_pixels)) +
-                     ", which can be looked at together; give --aperture a smaller one (a --pupil "
-                     "does not tell which tiles to read)");
   try {
     std::ifstream in(report);
     const auto json = Json::parse(in);
@@ -93,9 +97,18 @@ HologramPart load_part(const HologramOptions& options, glm::dvec2 view, glm::dve
     const glm::ivec2 tile_size(tiles.at("size_px").at(0).get<int>(),
                                tiles.at("size_px").at(1).get<int>());
     const int frames = json.at("scene").at("sampling").at("frames");
+    if (!cover(columns, tile_size.x, whole.x) || !cover(rows, tile_size.y, whole.y) || frames < 1)
+      throw InputError(name + ": its tiles do not make up its hologram; the report is damaged");
+    if (1.0 * frames * size.x * size.y > most_pixels)
+      throw InputError(
+          name + ": this part of the hologram has " + std::to_string(size.x) + " x " +
+          std::to_string(size.y) + " pixels in " + std::to_string(frames) + " frames, more than " +
+          std::to_string(static_cast<int>(most_pixels)) +
+          ", which can be looked at together; give --aperture a smaller one (a --pupil "
+          "does not tell which tiles to read)");
     const auto digests = FrameFiles::digests(report.parent_path());
     std::vector<std::vector<std::uint8_t>> levels(
-        static_cast<std::size_t>(std::max(frames, 1)),
+        static_cast<std::size_t>(frames),
         std::vector<std::uint8_t>(static_cast<std::size_t>(size.x) *
                                   static_cast<std::size_t>(size.y)));
     std::vector<int> missing;

@@ -319,6 +319,15 @@ Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames
           {"pictures", pictures}};
 }
 
+Json numbered_report(const HologramSpec& hologram, const SlmSpec& slm, const ViewerSpec& viewer,
+                     int frames) {
+  auto json = encoded_report(hologram, slm, frames, PictureFormat::png, {});
+  json["scene"]["viewer"] = json_of(viewer);
+  json.erase("format");
+  json.erase("pictures");
+  return json;
+}
+
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
                           const std::vector<std::uint8_t>& levels, const std::string& format,

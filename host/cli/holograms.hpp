@@ -98,6 +98,10 @@ std::vector<std::string> picture_names(const nlohmann::json& report);
 Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames,
                     PictureFormat format, const std::vector<std::string>& pictures);
 
+/// The same of holograms that are numbered, of an animation or of tiles, which no list names.
+Json numbered_report(const HologramSpec& hologram, const SlmSpec& slm, const ViewerSpec& viewer,
+                     int frames);
+
 /// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
 /// flipped as the SLM wants them. Returns the file's name.
 ///

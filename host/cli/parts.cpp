@@ -96,18 +96,15 @@ void write_manifest(const std::filesystem::path& folder, const HologramTiles& of
   const auto& plan = of.plan();
   auto hologram = of.scene().hologram;
   hologram.resolution = plan.hologram.size;
-  auto json = encoded_report(hologram, plan.slm, plan.hologram.frames, PictureFormat::png, {});
-  json["scene"]["viewer"] = json_of(of.scene().viewer);
-  json.erase("format");
-  json.erase("pictures");
+  auto json = numbered_report(hologram, plan.slm, of.scene().viewer, plan.hologram.frames);
   const auto& [grid, size, tiles, why, cone, apodization] = plan.tiling;
   auto columns = Json::array(), rows = Json::array();
   for (int x = 0; x < grid.x; ++x) columns.push_back(tiles[static_cast<std::size_t>(x)].first.x);
   for (int y = 0; y < grid.y; ++y)
     rows.push_back(tiles[static_cast<std::size_t>(y * grid.x)].first.y);
   json["tiles"] = {
-      {"run", run},      {"size_px", {size.x, size.y}}, {"columns_px", columns},
-      {"rows_px", rows}, {"files", "tile_%05d.png"},    {"lines", FrameFiles::report_name}};
+      {"run", run},      {"size_px", {size.x, size.y}},       {"columns_px", columns},
+      {"rows_px", rows}, {"files", FrameFiles::tile_pattern}, {"lines", FrameFiles::report_name}};
   json["plan"] = plan_json(plan);
   json["set"] = set;
   json["notes"] = notes;
@@ -129,8 +126,6 @@ void run_tiles(const TilesArguments& options) {
   const cl::Device device(options.device.info());
   const auto fft = options.device.backend(device.info());
   const std::filesystem::path folder(options.out);
-  const bool is_all = options.tiles == "all";
-  const HeldFolder held(folder, !is_all);
   std::optional<ProgressBar> bar(options.report.quiet);
   bar->show("plan", 0);
   const auto planned = choose(options.goal.goal(), scenes, device).first;
@@ -144,6 +139,7 @@ void run_tiles(const TilesArguments& options) {
   const auto& tiling = hologram.plan().tiling;
   const int count = hologram.schedule().pictures();
   const auto wanted = range_of("--tiles", options.tiles, "tile", count);
+  const HeldFolder held(folder, wanted.end - wanted.first < count);
   const auto run = hologram.run_name(FrameStorage::tiles);
   FrameFiles files(folder, FrameStorage::tiles, run, hologram.schedule(), tiling.tile_size, {},
                    wanted);

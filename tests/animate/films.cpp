@@ -37,6 +37,14 @@ TEST_CASE("PNGs that are not compressed hold their levels, wherever blocks end i
   }
 }
 
+TEST_CASE("no PNG of holograms is compressed, however large") {
+  std::vector<std::uint8_t> png;
+  for (const int rows : {8, 8200}) {  // 32 KiB, and 33.6 million pixels
+    uncompressed_png(4096, rows, std::vector<std::uint8_t>(std::size_t{4096} * rows), png);
+    CHECK(png.size() > std::size_t{4096} * rows);
+  }
+}
+
 TEST_CASE(
     "a digest is that of the bytes, whichever parts they come in, and tells changes of a bit") {
   std::string bytes;

@@ -155,6 +155,20 @@ TEST_CASE("reconstruct shows of tiles what it shows of the whole through the sam
   check_refused(desk.run({"reconstruct", desk.file("tiles/tile_00000.png"), "-z", "10mm", "-o",
                           desk.file("none")}),
                 2, "is a tile of a hologram; give ");
+  auto report = nlohmann::json::parse(bytes_of(desk.file("tiles/report.json")));
+  for (const auto& [key, value] :
+       std::vector<std::pair<std::string, nlohmann::json>>{{"columns_px", {0, 43}},
+                                                           {"rows_px", {0, 2'000'000'000}},
+                                                           {"size_px", {-1, 49}},
+                                                           {"size_px", {44, 2'147'483'647}}}) {
+    auto damaged = report;
+    damaged["tiles"][key] = value;
+    desk.folder().write("tiles/report.json", damaged.dump());
+    check_refused(desk.run({"reconstruct", desk.file("tiles/report.json"), "-z", "10mm", "-o",
+                            desk.file("none")}),
+                  2, "do not make up its hologram");
+  }
+  desk.folder().write("tiles/report.json", report.dump());
   check_refused(desk.run({"encode", desk.file("tiles/report.json"), "-o", desk.file("none")}), 2,
                 "in tiles");
 }

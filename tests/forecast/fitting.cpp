@@ -3,6 +3,7 @@
 #include "host/carriers/planning/facts.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/evaluate/report.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/memory_needs.hpp"
 #include "host/planning/tiles.hpp"
@@ -305,6 +306,33 @@ TEST_CASE("tiles that are files of their own divide what memory does not hold of
   CHECK(needs.results_bytes == static_cast<std::uint64_t>(size.x * size.y));
   CHECK(results_shortage(plan, needs, by_tile, limits).empty());
   CHECK(host_shortage(plan, needs, limits).empty());
+}
+
+TEST_CASE("a wide hologram has as many tiles as virtual planes need, and is told what it hides") {
+  const std::vector<std::string> wide{"hologram.resolution=[65536,65536]",
+                                      "hologram.pitch=1 um",
+                                      "wrp.grid=auto",
+                                      "slm.encoding=phase",
+                                      "object.0.width=40 mm",
+                                      "object.0.position=['0 mm','0 mm','300 mm']"};
+  const auto with = [&](const std::string& key) {
+    auto keys = wide;
+    keys.push_back(key);
+    return planned(data_scene("teapot.toml", keys));
+  };
+  const auto p = planned(data_scene("teapot.toml", wide));
+  REQUIRE(p.plan.virtual_planes());
+  CHECK(p.plan.virtual_planes()->error() <= 0.05);
+  CHECK(p.plan.tiling.grid.x > 4);
+  CHECK(std::min(p.plan.tiling.tile_size.x, p.plan.tiling.tile_size.y) >= 2048);
+  const auto text = plan_report_text({p}, build_world(data_scene("teapot.toml", wide)));
+  CHECK(text.find("and " + std::to_string(p.plan.wrps.size() - 16) + " more\n") !=
+        std::string::npos);
+  const std::string hides = "what hides what is known of parts of the hologram 8.19 mm wide";
+  CHECK(warns(p, hides));
+  CHECK_FALSE(warns(with("sampling.visibility=16"), hides.substr(0, 24)));
+  CHECK_FALSE(warns(with("sampling.visibility=0"), hides.substr(0, 24)));
+  CHECK_FALSE(warns(planned(data_scene("teapot.toml")), hides.substr(0, 24)));
 }
 
 /// Squares of 2 mm side by side, this far from the hologram.
