@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/common/error.hpp"
+#include "host/common/threads.hpp"
 #include "host/encode/shown.hpp"
 #include "host/trace/device_scene.hpp"
 #include "host/view/colour_picture.hpp"
@@ -61,6 +62,14 @@ std::vector<std::pair<int, int>> within(int pixels, double place, double step, i
   return all;
 }
 
+/// Calls work(0), ..., work(rows - 1), on all threads.
+template <class Work>
+void for_rows(int rows, const Work& work) {
+  auto& threads = cl::Threads::shared();
+  threads.for_each(threads.count(), static_cast<std::size_t>(rows), 16,
+                   [&](std::size_t, std::size_t row) { work(static_cast<int>(row)); });
+}
+
 /// Adds the mean of `value` of a plane's samples over each pixel of a picture around the axis.
 template <class Value>
 void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value& value) {
@@ -72,7 +81,7 @@ void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value
   const auto rows =
       within(picture.height, (window_m.y / 2 - grid.middle_m.y - first_m.y) / pixel_m.y,
              grid.pixel_m.y / pixel_m.y, grid.size.y);
-  for (int y = 0; y < picture.height; ++y) {
+  for_rows(picture.height, [&](int y) {
     const auto [top, bottom] = rows[static_cast<std::size_t>(y)];
     for (int x = 0; x < picture.width; ++x) {
       const auto [left, right] = columns[static_cast<std::size_t>(x)];
@@ -84,7 +93,7 @@ void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value
         picture.pixels[static_cast<std::size_t>(y) * picture.width + x] +=
             static_cast<float>(sum / count);
     }
-  }
+  });
 }
 
 /// Pixels of pictures of these sides, the nearest of the original.
@@ -217,10 +226,10 @@ void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewi
                           double blur_m, Image& picture) {
   levels_.resize({field.nx, field.ny}, field.frames);
   levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
-    const auto width = static_cast<std::size_t>(field.nx);
-    for (std::size_t row = 0; row < field.samples.size() / width; ++row)
-      for (std::size_t x = 0; x < width; ++x)
-        rows[row * static_cast<std::size_t>(levels_.pitch()) + x] = field.samples[row * width + x];
+    for_rows(field.ny * field.frames, [&](int row) {
+      std::copy_n(field.samples.begin() + std::ptrdiff_t{row} * field.nx, field.nx,
+                  rows.begin() + std::ptrdiff_t{row} * levels_.pitch());
+    });
   });
 
   const refinement::Optics optics{.size = plan.hologram.size,

@@ -9,6 +9,7 @@
 
 #include "host/common/colour.hpp"
 #include "host/common/error.hpp"
+#include "host/common/threads.hpp"
 #include "host/view/flip.hpp"
 
 namespace raywave {
@@ -80,11 +81,15 @@ double white_of(std::span<const Image> channels, double percentile) {
 }
 
 std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double white) {
-  std::vector<std::uint8_t> pixels;
-  for (const float value : interleaved(channels))
-    pixels.push_back(
-        white > 0 ? static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{value} / white)))
-                  : std::uint8_t{0});
+  const auto light = interleaved(channels);
+  std::vector<std::uint8_t> pixels(light.size());
+  if (!(white > 0)) return pixels;
+  cl::Threads::shared().for_ranges(
+      pixels.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i)
+          pixels[i] =
+              static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{light[i]} / white)));
+      });
   return pixels;
 }
 
