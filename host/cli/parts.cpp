@@ -75,11 +75,13 @@ std::string keys_of(Scene scene) {
 }  // namespace
 
 std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
-                                                    const cl::Device& device) {
+                                                    const cl::Device& device, bool by_tile) {
   if (!goal.any() && scenes.size() == 1) return {};
   const auto world = build_world(scenes[0]);
   std::vector<Planned> planned;
-  if (goal.any()) planned = plan_scenes(scenes, world, figures_of(device.info()), goal, false);
+  if (goal.any())
+    planned = plan_scenes(scenes, world, figures_of(device.info()), goal,
+                          {.field = false, .by_tile = by_tile});
   for (std::size_t i = 0; i < planned.size(); ++i) {
     planned[i].scene.digest = hash_name(scenes[i].digest + keys_of(planned[i].scene));
     scenes[i] = planned[i].scene;
@@ -128,7 +130,7 @@ void run_tiles(const TilesArguments& options) {
   const std::filesystem::path folder(options.out);
   std::optional<ProgressBar> bar(options.report.quiet);
   bar->show("plan", 0);
-  const auto planned = choose(options.goal.goal(), scenes, device).first;
+  const auto planned = choose(options.goal.goal(), scenes, device, /*by_tile=*/true).first;
   const HologramTiles hologram(device, scenes[0], fft, folder);
   const auto notes = hologram.notes([&](const Scene& scene, const World& world, const Plan& plan) {
     return render_warnings(planned, scene, world, plan);

@@ -28,9 +28,10 @@ std::string count_text(int count, const char* what);
 /// Chooses what the scenes of the lasers leave open for a goal, by the scene at rest. What it chose
 /// is in their digests.
 ///
+/// by_tile  each tile is a result of its own
 /// returns  the plans of the goal, or none; and a line on colours, or none
 std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
-                                                    const cl::Device& device);
+                                                    const cl::Device& device, bool by_tile = false);
 
 /// throws  InputError for scenes of several lasers, whose tiles are not made together
 void require_one_laser(const std::vector<Scene>& scenes);

@@ -8,6 +8,7 @@
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/parts.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/tuning.hpp"
 
@@ -19,6 +20,7 @@ struct PlanArguments {
   GoalOptions goal;
   DeviceOptions device;
   ReportOptions report;
+  bool tiles = false;
 };
 
 /// A plan needs no device. Where there is one, its rates and sizes count.
@@ -30,7 +32,9 @@ DeviceFigures figures(const DeviceOptions& options) {
 void run_plan(const PlanArguments& options) {
   const auto scenes = options.scene.load_all(options.report);
   const auto world = build_world(scenes[0]);
-  const auto planned = plan_scenes(scenes, world, figures(options.device), options.goal.goal());
+  if (options.tiles) require_one_laser(scenes);
+  const auto planned = plan_scenes(scenes, world, figures(options.device), options.goal.goal(),
+                                   {.field = !options.tiles, .by_tile = options.tiles});
   if (options.report.prints_text()) std::fputs(plan_report_text(planned, world).c_str(), stdout);
   options.report.write(plan_report_json(planned, world));
 }
@@ -45,6 +49,8 @@ void add_plan(CLI::App& app) {
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->device.add_device_to(*command);
+  command->add_flag("--tiles", options->tiles, "As render --tiles computes it: one tile in memory")
+      ->group(group::plan);
   options->report.add_to(*command, "the plan");
   command->callback([options] { run_plan(*options); });
 }

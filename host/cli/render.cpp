@@ -133,7 +133,8 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
   const auto goal = options.goal.goal();
   if (goal.any()) {
     bar.show("plan", 0);
-    planned = plan_scenes(scenes, world, figures_of(device.info()), goal, how.keep_field);
+    planned =
+        plan_scenes(scenes, world, figures_of(device.info()), goal, {.field = how.keep_field});
     for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
   }
   const auto warning = colour_warning(scenes, world);

@@ -163,7 +163,7 @@ void run_units(const UnitsArguments& options) {
   if (!moves) require_one_laser(scenes);
   const double each_s = given_duration_s(options.each, "--each");
   const cl::Device device(options.device.info());
-  choose(options.goal.goal(), scenes, device);
+  choose(options.goal.goal(), scenes, device, /*by_tile=*/!moves);
   const auto fft = options.device.backend(device.info());
   const auto [schedule, cost] =
       moves ? cost_of<Animator>(scenes, device, fft, FrameStorage::pngs, watch.wall_s())

@@ -316,7 +316,8 @@ void run_view(ViewArguments options) {
     auto goal = started;
     if (plans.preset) goal = {plans.preset, {}, {}};
     if (!goal.any()) return chosen;
-    const auto planned = plan_scenes(chosen, placed, figures_of(device.info()), goal, false);
+    const auto planned =
+        plan_scenes(chosen, placed, figures_of(device.info()), goal, {.field = false});
     for (std::size_t i = 0; i < chosen.size(); ++i) chosen[i] = planned[i].scene;
     return chosen;
   };

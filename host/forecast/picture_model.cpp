@@ -292,10 +292,81 @@ double copies_of_lit(double share_lit) {
   return left(std::min(shown / share_lit, most)) / left(shown);
 }
 
-PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
-                  const Raster& radiance_fallen, const Raster& radiance_evened, const Plan& plan,
-                  const PictureWindow& window, double z_m, double blur_m, const Raster& steps,
-                  double share_lit) {
+/// What the pictures of all depths are made of.
+struct PictureSource {
+  const FrontView& view;
+  const Plan& plan;
+  Raster shown, fallen, evened;  // radiance as planes, slm.fill and phases alone show it
+  Raster steps;                  // of radiance, squared, to the next cells right and below
+  double share_lit, blur_m;
+  PictureWindow window;  // within the border
+};
+
+/// A lens's picture, and the copies of it that the checkerboard throws around the band's corners.
+struct CopiedPicture {
+  const PictureSource& source;
+  const Raster& lens;
+  double z_m;
+  glm::dvec2 corner_m = std::abs(z_m) * source.plan.hologram.largest_sine;
+
+  double light(glm::dvec2 place_m) const {
+    const auto& view = source.view;
+    const auto at = (place_m / (z_m - view.eye_z_m) - view.low) / view.step;
+    if (glm::any(glm::lessThan(at, glm::dvec2(0))) ||
+        glm::any(glm::greaterThanEqual(at, glm::dvec2(view.size))))
+      return 0;
+    return double{lens[view.cell(static_cast<int>(at.x), static_cast<int>(at.y))]};
+  }
+
+  /// Each corner has the part of the hologram whose light goes the other way.
+  double copied(glm::dvec2 place_m) const {
+    double sum = 0;
+    for (const glm::dvec2 side : {glm::dvec2(1, 1), {1, -1}, {-1, 1}, {-1, -1}}) {
+      const auto from_m = place_m + side * corner_m;
+      double part = light(from_m);
+      for (int axis = 0; part > 0 && axis < 2; ++axis) {
+        const auto [low, high] = part_seen(source.plan, axis, from_m[axis], z_m);
+        const double middle = std::clamp(from_m[axis], low, std::max(low, high));
+        part *= high > low ? (side[axis] > 0 ? middle - low : high - middle) / (high - low) : 0;
+      }
+      sum += part;
+    }
+    return sum;
+  }
+};
+
+/// Sets the row's haze and copies, from looks all over the window.
+void set_thrown_aside(const CopiedPicture& picture, glm::dvec2 centre_m, double peak,
+                      PictureRow& row) {
+  const auto& source = picture.source;
+  const auto& plan = source.plan;
+  const auto& window = source.window;
+  row.haze = haze_near_hologram(plan.hologram.band_filled);
+  if (is_near_hologram(plan)) return;
+  constexpr int looks = 128;  // along each axis
+  double light = 0, spread = 0, copies = 0, on_picture = 0;
+  for (int i = 0; i < looks * looks; ++i) {
+    const auto at_m =
+        window.low_m + window.size_m() * (glm::dvec2(i % looks, i / looks) + 0.5) / double(looks);
+    const double here = picture.light(at_m);
+    const auto bands = glm::abs(at_m - centre_m) / (2.0 * picture.corner_m);
+    light += here;
+    spread += here * (bands.x + bands.y);
+    if (plan.slm.encoding != Encoding::double_phase) continue;
+    const double copy = picture.copied(at_m);  // lies beyond the scene, too
+    copies += copy * copy;
+    on_picture += copy * here;
+  }
+  if (light > 0)
+    row.haze = row.mean * row.mean / row.light *
+               std::pow(haze_of_spread(spread / light, source.share_lit), 2);
+  row.copies = copies / (looks * looks * peak * peak);
+  row.copies_on_picture = on_picture / (looks * looks * peak * peak);
+}
+
+PictureRow row_of(const PictureSource& source, double z_m) {
+  const auto& view = source.view;
+  const auto& plan = source.plan;
   PictureRow row;
   row.z_m = z_m;
   row.spot_m = limit_m(plan, z_m);
@@ -306,93 +377,54 @@ PictureRow row_of(const FrontView& view, const Raster& radiance_shown,
   const double side_m = cell_m(view, z_m);
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
   auto lens = sharp;
-  blur_gaussian(lens, view.size, blur_m / side_m);
+  blur_gaussian(lens, view.size, source.blur_m / side_m);
   const auto picture_of = [&](const Raster& radiance) {
     if (radiance == view.radiance) return lens;
     auto picture = lens_view(view, radiance, plan, z_m);
-    blur_gaussian(picture, view.size, blur_m / side_m);
+    blur_gaussian(picture, view.size, source.blur_m / side_m);
     return picture;
   };
-  const auto shown = picture_of(radiance_shown), fallen = picture_of(radiance_fallen),
-             evened = picture_of(radiance_evened);
-  const auto border = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
-  const auto low_m = window.low_m + border, high_m = window.high_m - border,
-             size_m = high_m - low_m;
-  double peak = 0, light = 0, ll = 0, ls = 0, ss = 0, lf = 0, ff = 0, le = 0, ee = 0,
-         before_blur = 0, edges = 0, copies = 0, on_picture = 0, spread = 0, light_seen = 0;
-  glm::dvec2 centre_m(0);
-  // The checkerboard throws copies around the corners of the band. Each corner has the part of the
-  // hologram whose light goes the other way.
-  const auto corner_m = std::abs(z_m) * plan.hologram.largest_sine;
-  const auto light_at = [&](glm::dvec2 place_m) {
-    const auto at = (place_m / (z_m - view.eye_z_m) - view.low) / view.step;
-    if (glm::any(glm::lessThan(at, glm::dvec2(0))) ||
-        glm::any(glm::greaterThanEqual(at, glm::dvec2(view.size))))
-      return 0.0;
-    return double{lens[view.cell(static_cast<int>(at.x), static_cast<int>(at.y))]};
-  };
-  const auto copied = [&](glm::dvec2 place_m) {
-    double sum = 0;
-    for (const glm::dvec2 side : {glm::dvec2(1, 1), {1, -1}, {-1, 1}, {-1, -1}}) {
-      const auto from_m = place_m + side * corner_m;
-      double part = light_at(from_m);
-      for (int axis = 0; part > 0 && axis < 2; ++axis) {
-        const auto [low, high] = part_seen(plan, axis, from_m[axis], z_m);
-        const double middle = std::clamp(from_m[axis], low, std::max(low, high));
-        part *= high > low ? (side[axis] > 0 ? middle - low : high - middle) / (high - low) : 0;
-      }
-      sum += part;
-    }
-    return sum;
-  };
+  const auto shown = picture_of(source.shown), fallen = picture_of(source.fallen),
+             evened = picture_of(source.evened);
+  const auto& window = source.window;
+  double peak = 0, light = 0, squares = 0, sharp_squares = 0, edges = 0;
+  glm::dvec2 moment_m(0);
+  glm::dvec3 alike(0), others_squares(0);
   for (int y = 0; y < view.size.y; ++y) {
     for (int x = 0; x < view.size.x; ++x) {
       const auto place_m = view.place_m(x, y, z_m);
-      if (glm::any(glm::lessThan(place_m, low_m)) || glm::any(glm::greaterThan(place_m, high_m)))
+      if (glm::any(glm::lessThan(place_m, window.low_m)) ||
+          glm::any(glm::greaterThan(place_m, window.high_m)))
         continue;
       const auto i = view.cell(x, y);
-      const double l = lens[i], s = shown[i], f = fallen[i], e = evened[i];
-      peak = std::max(peak, l);
-      light += l;
-      centre_m += l * place_m;
-      ll += l * l;
-      ls += l * s;
-      ss += s * s;
-      lf += l * f;
-      ff += f * f;
-      le += l * e;
-      ee += e * e;
-      before_blur += double{sharp[i]} * double{sharp[i]};
-      edges += double{steps[i]};
+      const double here = lens[i];
+      const glm::dvec3 others(shown[i], fallen[i], evened[i]);
+      peak = std::max(peak, here);
+      light += here;
+      moment_m += here * place_m;
+      squares += here * here;
+      alike += here * others;
+      others_squares += others * others;
+      sharp_squares += double{sharp[i]} * double{sharp[i]};
+      edges += double{source.steps[i]};
     }
   }
   if (peak == 0) return row;
-  centre_m /= light;
-  constexpr int looks = 128;
-  for (int i = 0; !is_near_hologram(plan) && i < looks * looks; ++i) {
-    const auto at_m = low_m + size_m * (glm::dvec2(i % looks, i / looks) + 0.5) / double(looks);
-    const double here = light_at(at_m);
-    const auto bands = glm::abs(at_m - centre_m) / (2.0 * corner_m);
-    light_seen += here;
-    spread += here * (bands.x + bands.y);
-    if (plan.slm.encoding != Encoding::double_phase) continue;
-    const double copy = copied(at_m);  // lies beyond the scene, too
-    copies += copy * copy;
-    on_picture += copy * here;
-  }
+  const auto size_m = window.size_m();
   const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
+  // What another picture leaves, whose brightness is free
+  const auto left_by = [&](int other) {
+    const double all = others_squares[other];
+    return (all > 0 ? std::max(0.0, squares - alike[other] * alike[other] / all) : squares) * unit;
+  };
   row.mean = light / (cells * peak);
-  row.light = ll * unit;
-  row.haze = light_seen > 0 ? row.mean * row.mean / row.light *
-                                  std::pow(haze_of_spread(spread / light_seen, share_lit), 2)
-                            : haze_near_hologram(plan.hologram.band_filled);
-  row.sharp = before_blur * unit;
-  row.missing = ss > 0 ? std::max(0.0, ll - ls * ls / ss) * unit : row.light;
-  row.fallen = ff > 0 ? std::max(0.0, ll - lf * lf / ff) * unit : row.light;
-  row.uneven = ee > 0 ? std::max(0.0, ll - le * le / ee) * unit : row.light;
-  row.copies = copies / (looks * looks * peak * peak);
-  row.copies_on_picture = on_picture / (looks * looks * peak * peak);
+  row.light = squares * unit;
+  row.sharp = sharp_squares * unit;
+  row.missing = left_by(0);
+  row.fallen = left_by(1);
+  row.uneven = left_by(2);
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
+  set_thrown_aside({source, lens, z_m}, moment_m / light, peak, row);
   return row;
 }
 

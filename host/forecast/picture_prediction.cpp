@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
+#include <array>
 #include <cmath>
+#include <cstddef>
 #include <numbers>
 
 #include "host/forecast/picture_model.hpp"
@@ -71,6 +73,135 @@ double left_by(const Pace& pace, int frames) {
                            std::pow(frames, paced_frames));
 }
 
+/// Towards whole pictures, or at the pace of frames.
+bool is_refined(const PictureModel& model) {
+  return model.refined_depths > 0 || model.pace.iterations > 0;
+}
+
+/// Mean square of the light thrown aside that pupils see, over that of white.
+double haze_in_pupils(const PictureModel& model) {
+  if (is_refined(model))
+    return refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5);
+  if (model.encoding != Encoding::double_phase) return 0;
+  return haze_in_pupil *
+         std::clamp((model.pupil_reach - haze_begins) / (haze_is_whole - haze_begins), 0.0, 1.0);
+}
+
+/// Share that pupils see of the light that refinement leaves beyond them, where there is such a
+/// place.
+double unshown_in_pupils(const PictureModel& model) {
+  if (!is_refined(model)) return 0;
+  return model.sees_band ? 1 : model.pupil_reach > 0.5 ? seen_beyond_edges : 0;
+}
+
+/// What holds for the pictures of all depths.
+struct AllDepths {
+  const PictureModel& model;
+  const LatticePattern& pattern;
+  int frames;
+  double padding_error;
+
+  bool is_whole = model.refined_depths > 0;  // phases are refined towards whole pictures
+  double blur_m = blur_of_resolution * model.resolution_m;
+  double spot_m2 = model.spot_m.x * model.spot_m.y;
+  double grain = std::min(1.0, spot_m2 / (4 * pi * blur_m * blur_m));
+  // Light that wraps around the padded plane: its own, spread over the picture, and where it
+  // interferes with the picture.
+  double wrapped = std::min(1.0, std::pow(padding_error, 2));
+  double haze_seen = haze_in_pupils(model), unshown_seen = unshown_in_pupils(model);
+  // What few iterations leave of the errors that phases alone and the samples' interference make
+  double left = left_by(model.pace, frames);
+  // Frames and iterations mend the light alone: what was not sampled, or is too steep, stays
+  double by_depths = std::pow(model.refined_depths / 6.0, refined_by_depths);
+  double by_rounds =
+      std::pow(frames, refined_by_frames) * std::pow(model.refined_rounds, refined_by_rounds);
+  double light_of_grain = refined_light * std::pow(grain, refined_by_grain) +
+                          refined_crowded * std::pow(grain, crowded_by_grain);
+};
+
+/// Errors of the complex field at one depth: mean squares.
+struct FieldErrors {
+  double dots, speckle, edges, missing, padding;
+  double cells_at_edges;  // of `edges`
+
+  double sum() const { return dots + speckle + edges + missing + padding; }
+};
+
+FieldErrors field_errors(const AllDepths& all, std::size_t depth) {
+  const auto& row = all.model.rows[depth];
+  const auto& pattern = all.pattern;
+  const double blur_m = all.blur_m, pitch_m = pattern.pitch_m, wrapped = all.wrapped;
+  FieldErrors errors{};
+  errors.dots = row.light * std::min(pattern.dots[depth], 4.0);
+  errors.speckle = row.sharp *
+                   (speckle_factor * pattern.speckle[depth] + cut_factor * pattern.cut[depth]) /
+                   all.frames;
+  errors.cells_at_edges = row.edges_m * edge_factor * std::pow(pitch_m, 4) / std::pow(blur_m, 3);
+  errors.edges = errors.cells_at_edges + row.edges_m * spot_factor * all.spot_m2 / blur_m +
+                 cell_factor * row.light * pitch_m / blur_m;
+  errors.missing = row.missing;
+  errors.padding = row.light * wrapped * (background * wrapped + 2 * all.grain / all.frames);
+  return errors;
+}
+
+/// Share of a haze all over the picture that is an error: some is taken for the picture, whose
+/// brightness is free.
+double uneven_share(const PictureRow& row) {
+  return 1 - (row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1);
+}
+
+/// Error of an encoding that is not refined towards whole pictures.
+double encoding_error(const AllDepths& all, const PictureRow& row) {
+  const auto& model = all.model;
+  const auto encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
+  const auto noise = noise_of(encoding, row);
+  // Copies make the picture brighter, which is free, and the rest of them is an error
+  const double copies = noise.copies * model.copies,
+               brighter = row.light + copies * row.copies_on_picture,
+               squares = brighter + copies * (row.copies_on_picture + copies * row.copies),
+               of_copies = row.light > 0 ? row.light - brighter * brighter / squares : 0;
+  const bool is_unshown = model.is_even || (model.sees_band && !is_refined(model));
+  return row.light * (std::max(noise.haze, is_unshown ? row.unshown : 0) * uneven_share(row) +
+                      noise.grain * all.grain / all.frames) +
+         (encoding == Encoding::phase ? std::max(0.0, row.uneven - row.missing) : 0) + of_copies;
+}
+
+/// Error of the levels at one depth; adds its parts to the prediction's.
+double add_errors(const AllDepths& all, const PictureRow& row, const FieldErrors& field,
+                  PicturePrediction& prediction) {
+  const bool is_whole = all.is_whole;
+  // Refined phases have errors of their own: of light, where light is missing, at edges
+  const double of_phases =
+      all.haze_seen + row.light * all.unshown_seen * row.unshown * uneven_share(row) +
+      (is_whole ? all.by_depths / all.by_rounds * all.light_of_grain * row.light
+                : all.left * encoding_error(all, row));
+  const double missing = field.missing * (is_whole ? all.by_depths * refined_missing : 1);
+  const double edges =
+      is_whole ? all.by_depths * refined_edges * field.cells_at_edges + left_of_edges * field.edges
+               : field.edges;
+  const double of_samples = is_whole ? 0 : all.left * (field.dots + field.speckle) + field.padding;
+  const double stop = stop_factor * row.light * all.model.stopped;
+  // Refinement knows it, and mends half (tests/refine/showing.cpp)
+  const double fallen = row.fallen * (prediction.refined ? 0.5 : 1);
+  prediction.encoding += of_phases;
+  prediction.stop += stop;
+  prediction.fall_off += fallen;
+  prediction.edges += edges;
+  prediction.missing += missing;
+  if (!is_whole) {
+    prediction.dots += all.left * field.dots;
+    prediction.speckle += all.left * field.speckle;
+    prediction.padding += field.padding;
+  }
+  return of_phases + missing + edges + of_samples + stop + fallen;
+}
+
+/// Whatever resembles nothing is matched by a dark picture, for brightness is free.
+double psnr_db(const PictureRow& row, double error) {
+  const double matched = std::min(row.light > 0 ? row.light : 1.0, error);
+  return matched > 0 ? -10 * std::log10(matched) : 200;
+}
+
 }  // namespace
 
 double PicturePrediction::sure_db() const {
@@ -85,7 +216,7 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                    int frames, double padding_error) {
   PicturePrediction prediction;
   prediction.window = model.window;
-  prediction.refined = model.refined_depths > 0 || model.pace.iterations > 0;
+  prediction.refined = is_refined(model);
   prediction.through_pupil = model.pupil_reach > 0;
   // Pictures made by rays hold what samples miss
   prediction.left_out = model.refined_depths > 0 ? 0
@@ -94,98 +225,21 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
                                                  : 1e-4;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
-  const double blur_m = blur_of_resolution * model.resolution_m, p = pattern.pitch_m;
-  const double spot2 = model.spot_m.x * model.spot_m.y;
-  // Light that wraps around the padded plane: its own, spread over the picture, and where it
-  // interferes with the picture.
-  const double wrapped = std::min(1.0, padding_error * padding_error);
-  // What few iterations leave of the errors that phases alone and the samples' interference make
-  const double left = left_by(model.pace, frames);
-  const auto encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
-  const bool is_even = encoding == Encoding::phase;
-  const bool throws_aside = !prediction.refined && model.encoding == Encoding::double_phase;
-  const double haze_seen =
-      throws_aside ? haze_in_pupil * std::clamp((model.pupil_reach - haze_begins) /
-                                                    (haze_is_whole - haze_begins),
-                                                0.0, 1.0)
-      : prediction.refined
-          ? refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5)
-          : 0;
-  // Refinement leaves light beyond a pupil, where there is such a place
-  const double in_pupil = !prediction.refined       ? 0
-                          : model.sees_band         ? 1
-                          : model.pupil_reach > 0.5 ? seen_beyond_edges
-                                                    : 0;
-  const double grain = std::min(1.0, spot2 / (4 * pi * blur_m * blur_m));
+  const AllDepths all{model, pattern, frames, padding_error};
+  const auto depths = static_cast<double>(model.rows.size());
   for (std::size_t i = 0; i < model.rows.size(); ++i) {
     const auto& row = model.rows[i];
-    const double dots_here = row.light * std::min(pattern.dots[i], 4.0);
-    const double speckle_here =
-        row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / frames;
-    const double cells_at_edges = row.edges_m * edge_factor * std::pow(p, 4) / std::pow(blur_m, 3);
-    const double edges_here = cells_at_edges + row.edges_m * spot_factor * spot2 / blur_m +
-                              cell_factor * row.light * p / blur_m;
-    const double padding_here = row.light * wrapped * (background * wrapped + 2 * grain / frames);
-    const double field = dots_here + speckle_here + edges_here + row.missing + padding_here;
-    // A haze all over the picture is partly taken for the picture, whose brightness is free.
-    const double flat = row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1;
-    const auto noise = noise_of(encoding, row);
-    // Copies make the picture brighter, which is free, and the rest of them is an error
-    const double copies = noise.copies * model.copies,
-                 brighter = row.light + copies * row.copies_on_picture,
-                 squares = brighter + copies * (row.copies_on_picture + copies * row.copies),
-                 copies_here = row.light > 0 ? row.light - brighter * brighter / squares : 0;
-    const bool is_unshown = model.is_even || (model.sees_band && !prediction.refined);
-    const double encoding_here =
-        row.light * (std::max(noise.haze, is_unshown ? row.unshown : 0) * (1 - flat) +
-                     noise.grain * grain / frames) +
-        (is_even ? std::max(0.0, row.uneven - row.missing) : 0) + copies_here;
-    const auto decibels = [](double error) { return error > 0 ? -10 * std::log10(error) : 200; };
-    const double rows = static_cast<double>(model.rows.size());
-    // Frames and iterations mend the light alone: what was not sampled, or is too steep, stays
-    const double by_depths = std::pow(model.refined_depths / 6.0, refined_by_depths),
-                 by_rounds = std::pow(frames, refined_by_frames) *
-                             std::pow(model.refined_rounds, refined_by_rounds);
-    // Refinement knows it, and mends half (tests/refine/showing.cpp)
-    const double fallen_here = row.fallen * (prediction.refined ? 0.5 : 1);
-    const double stop_here = stop_factor * row.light * model.stopped;
-    const bool is_refined = model.refined_depths > 0;
-    // Whatever resembles nothing is matched by a dark picture, for brightness is free
-    const auto psnr = [&](double error) {
-      return decibels(std::min(row.light > 0 ? row.light : 1.0, error));
-    };
-    prediction.field_psnr_db += psnr(field) / rows;
-    const double light_of_grain = refined_light * std::pow(grain, refined_by_grain) +
-                                  refined_crowded * std::pow(grain, crowded_by_grain);
-    // Refined phases have errors of their own: of light, where light is missing, at edges
-    const double of_phases =
-        haze_seen + row.light * in_pupil * row.unshown * (1 - flat) +
-        (is_refined ? by_depths / by_rounds * light_of_grain * row.light : left * encoding_here);
-    const double missing_here = row.missing * (is_refined ? by_depths * refined_missing : 1);
-    const double at_edges =
-        is_refined ? by_depths * refined_edges * cells_at_edges + left_of_edges * edges_here
-                   : edges_here;
-    const double of_samples = is_refined ? 0 : left * (dots_here + speckle_here) + padding_here;
-    prediction.psnr_db.push_back(
-        psnr(of_phases + missing_here + at_edges + of_samples + stop_here + fallen_here));
-    prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
-    prediction.encoding += of_phases;
-    prediction.stop += stop_here;
-    prediction.fall_off += fallen_here;
-    prediction.edges += at_edges;
-    prediction.missing += missing_here;
-    if (is_refined) continue;
-    prediction.dots += left * dots_here;
-    prediction.speckle += left * speckle_here;
-    prediction.padding += padding_here;
+    const auto field = field_errors(all, i);
+    prediction.field_psnr_db += psnr_db(row, field.sum()) / depths;
+    prediction.psnr_db.push_back(psnr_db(row, add_errors(all, row, field, prediction)));
+    prediction.mean_psnr_db += prediction.psnr_db.back() / depths;
   }
-  const double all = prediction.dots + prediction.speckle + prediction.edges + prediction.missing +
-                     prediction.padding + prediction.encoding + prediction.stop +
-                     prediction.fall_off;
-  for (double* part :
-       {&prediction.dots, &prediction.speckle, &prediction.edges, &prediction.missing,
-        &prediction.padding, &prediction.encoding, &prediction.stop, &prediction.fall_off})
-    *part /= std::max(all, 1e-300);
+  const std::array parts{&prediction.dots,    &prediction.speckle, &prediction.edges,
+                         &prediction.missing, &prediction.padding, &prediction.encoding,
+                         &prediction.stop,    &prediction.fall_off};
+  double sum = 0;
+  for (const double* part : parts) sum += *part;
+  for (double* part : parts) *part /= std::max(sum, 1e-300);
   return prediction;
 }
 

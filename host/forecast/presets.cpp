@@ -334,15 +334,138 @@ std::string why_less(const Goal& goal, const Choice& best, const Choice& choice,
          std::to_string(best.frames) + (best.frames == 1 ? " frame" : " frames");
 }
 
+/// Why a goal has chosen what it has; empty where there is nothing to say.
+struct Whys {
+  std::string layers, refined, lost;
+};
+
+/// Chooses by a goal the values that the scene of a laser leaves open.
+class GoalSearch {
+public:
+  /// candidates  of the scene; refined ones afterwards, where those are chosen
+  /// planned     gets the values, and a warning where none reaches the goal
+  GoalSearch(const Goal& goal, const World& world, const DeviceFigures& device,
+             std::optional<Candidates>& candidates, Planned& planned)
+      : goal_(goal),
+        world_(world),
+        device_(device),
+        candidates_(candidates),
+        planned_(planned),
+        scene_(planned.scene),
+        shown_(frames_shown(scene_, goal.rate_per_s.value_or(pictures_per_s(scene_)))),
+        shown_of_all_(std::max(shown_, frames_shown(scene_, pictures_per_s(scene_)))) {}
+
+  /// lasers  that share the time
+  Whys choose_values(std::size_t lasers) {
+    if (scene_.refine) {
+      refine();
+      candidates_.emplace(scene_, world_, device_);
+    }
+    all_ = choices_of(*candidates_, best_);
+    Whys whys;
+    if (may_gain_by_refinement()) whys.refined = try_refinement();
+    whys.layers = choose(
+        all_, goal_, lasers, candidates_->plan().grid, [&] { refine(); }, planned_);
+    if (goal_.budget_s) whys.lost = why_less(goal_, best_, chosen(all_, goal_), lasers);
+    return whys;
+  }
+
+private:
+  /// Refines towards the pictures that are judged, whatever the lattice.
+  void refine() {
+    if (!scene_.refine) scene_.refine.emplace();
+    const double blur_m = blur_of_resolution * candidates_->resolution_m();
+    if (!scene_.refine->blur_m) scene_.refine->blur_m = blur_m;
+    if (!scene_.refine->window_m)
+      scene_.refine->window_m =
+          quality_window(candidates_->plan(), candidates_->view(), blur_m).centred_size_m();
+  }
+
+  /// Choices that the panel shows. best: becomes the most accurate of those of more time, too, where
+  /// that is better
+  std::vector<Choice> choices_of(Candidates& candidates, Choice& best) const {
+    auto all = with_frames(candidates.choices(largest_cone_error(goal_)), shown_of_all_);
+    if (const auto& most = most_accurate(all); most.psnr_db > best.psnr_db) best = most;
+    return with_frames(std::move(all), shown_);
+  }
+
+  /// Refined towards a lens, one frame may do what many refined towards samples take longer for.
+  bool is_reached() const { return goal_.psnr_db && is_sure(unrefined_, *goal_.psnr_db); }
+
+  bool may_gain_by_refinement() {
+    unrefined_ = chosen(all_, goal_);
+    const auto& plan = candidates_->plan();
+    const bool knows_refinement =
+        scene_.viewer.eyepiece_m ||
+        (lies_on_one_side(plan) && propagation_error_of(plan) <= hopeless_error);
+    return knows_refinement && !(is_reached() && unrefined_.iterations == 0) &&
+           (goal_.budget_s || goal_.psnr_db || goal_.preset == Preset::reference) &&
+           !scene_.refine && may_refine(scene_);
+  }
+
+  /// Refines where that is better. Views through parts of the hologram take time, and gain 2 to 3 dB
+  /// there: without them where whole pictures gain more in the time that there is.
+  ///
+  /// returns  why it is refined
+  std::string try_refinement() {
+    constexpr double gain_of_views_db = 3;
+    std::string why;
+    std::optional<RefineSettings> taken;
+    auto so_far = unrefined_;
+    for (const bool has_views : {true, false}) {
+      if (!has_views && !goal_.budget_s) break;
+      refine();
+      if (!has_views) scene_.refine->views = 0;
+      Candidates refined(scene_, world_, device_);
+      auto all_refined = choices_of(refined, best_);
+      const auto with = chosen(all_refined, goal_);
+      const bool is_better =
+          is_reached()    ? is_sure(with, *goal_.psnr_db) && with.seconds < so_far.seconds
+          : goal_.psnr_db ? with.sure_db > so_far.sure_db
+                          : with.psnr_db > so_far.psnr_db + (taken ? gain_of_views_db : 0);
+      if (!is_better || with.seconds > goal_.budget_s.value_or(with.seconds)) continue;
+      if (!is_reached()) why = why_refined();
+      if (!has_views)
+        why += "; refine.views 0: " + (taken ? "24 would leave " + decibels_text(so_far.psnr_db)
+                                             : std::string("24 would take longer"));
+      taken = scene_.refine;
+      so_far = with;
+      all_ = std::move(all_refined);
+      candidates_.emplace(std::move(refined));
+    }
+    scene_.refine = taken;
+    return why;
+  }
+
+  std::string why_refined() const {
+    return goal_.psnr_db ? "refine: without it, no more than " + decibels_text(unrefined_.sure_db) +
+                               " are sure"
+                         : "refine: without it, at most " + decibels_text(unrefined_.psnr_db) +
+                               " are expected" + (goal_.budget_s ? " in that time" : "");
+  }
+
+  const Goal& goal_;
+  const World& world_;
+  const DeviceFigures& device_;
+  std::optional<Candidates>& candidates_;
+  Planned& planned_;
+  Scene& scene_;
+  double shown_,
+      shown_of_all_;  // frames that the panel shows of a picture: in the goal's time, in any
+  std::vector<Choice> all_;
+  Choice best_{.psnr_db = -std::numeric_limits<double>::infinity()};  // of all choices
+  Choice unrefined_;
+};
+
 /// As plan_scenes, of one laser.
 ///
 /// goal    its budget is that of the laser, of a rate too
 /// lasers  that share the time
 /// given   the scene in which a goal has chosen the values for all lasers; null: this one
 Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
-                   const Goal& goal, bool keep_field, std::size_t lasers,
+                   const Goal& goal, KeptResults kept, std::size_t lasers,
                    const Scene* given = nullptr) {
-  const MemoryUse use{Method::wrp, device.fft, keep_field || lasers > 1};
+  const MemoryUse use{Method::wrp, device.fft, kept.field || lasers > 1, kept.by_tile};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
   Planned planned;
   planned.scene = scene;
@@ -353,81 +476,14 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
       s.trace.bounces == Bounces::automatic)
     s.trace.bounces = Bounces::paths;
   std::optional<Candidates> candidates(std::in_place, s, world, device);
-  std::string why_layers, why_refined, why_lost;
-  const double shown = frames_shown(scene, goal.rate_per_s.value_or(pictures_per_s(scene)));
   // Nothing is chosen for pictures that the machine cannot hold: a line says so at once
   const bool fits = [&, &plan = candidates->plan()] {
     const auto needs = memory_needs(world, plan, use, device.memory.largest_buffer_bytes);
     return results_shortage(plan, needs, use, device.memory).empty();
   }();
-  if (goal.any() && fits) {
-    // Refined towards the pictures that are judged, whatever the lattice
-    const auto refine = [&] {
-      if (!s.refine) s.refine.emplace();
-      const double blur_m = blur_of_resolution * candidates->resolution_m();
-      if (!s.refine->blur_m) s.refine->blur_m = blur_m;
-      if (!s.refine->window_m)
-        s.refine->window_m =
-            quality_window(candidates->plan(), candidates->view(), blur_m).centred_size_m();
-    };
-    if (s.refine) {
-      refine();
-      candidates.emplace(s, world, device);
-    }
-    const auto shown_of_all = std::max(shown, frames_shown(scene, pictures_per_s(scene)));
-    auto all = with_frames(candidates->choices(largest_cone_error(goal)), shown_of_all);
-    auto best = most_accurate(all);
-    all = with_frames(std::move(all), shown);
-    const auto without = chosen(all, goal);
-    const auto& unrefined = candidates->plan();
-    const bool knows_refinement =
-        s.viewer.eyepiece_m ||
-        (lies_on_one_side(unrefined) && propagation_error_of(unrefined) <= hopeless_error);
-    // Refined towards a lens, one frame may do what many refined towards samples take longer for
-    const bool is_reached = goal.psnr_db && is_sure(without, *goal.psnr_db);
-    if (knows_refinement && !(is_reached && without.iterations == 0) &&
-        (goal.budget_s || goal.psnr_db || goal.preset == Preset::reference) && !s.refine &&
-        may_refine(s)) {
-      // Views through parts of the hologram take time, and gain 2 to 3 dB there: without them where
-      // whole pictures gain more in the time that there is
-      constexpr double gain_of_views_db = 3;
-      const bool may_leave_views = goal.budget_s.has_value();
-      std::optional<RefineSettings> taken;
-      auto so_far = without;
-      for (const bool has_views : {true, false}) {
-        if (!has_views && !may_leave_views) break;
-        refine();
-        if (!has_views) s.refine->views = 0;
-        Candidates refined(s, world, device);
-        auto all_refined = with_frames(refined.choices(largest_cone_error(goal)), shown_of_all);
-        if (const auto& most = most_accurate(all_refined); most.psnr_db > best.psnr_db) best = most;
-        all_refined = with_frames(std::move(all_refined), shown);
-        const auto with = chosen(all_refined, goal);
-        const bool is_better =
-            is_reached     ? is_sure(with, *goal.psnr_db) && with.seconds < so_far.seconds
-            : goal.psnr_db ? with.sure_db > so_far.sure_db
-                           : with.psnr_db > so_far.psnr_db + (taken ? gain_of_views_db : 0);
-        if (!is_better || with.seconds > goal.budget_s.value_or(with.seconds)) continue;
-        if (!is_reached)
-          why_refined = goal.psnr_db
-                            ? "refine: without it, no more than " + decibels_text(without.sure_db) +
-                                  " are sure"
-                            : "refine: without it, at most " + decibels_text(without.psnr_db) +
-                                  " are expected" + (goal.budget_s ? " in that time" : "");
-        if (!has_views)
-          why_refined +=
-              "; refine.views 0: " + (taken ? "24 would leave " + decibels_text(so_far.psnr_db)
-                                            : std::string("24 would take longer"));
-        taken = s.refine;
-        so_far = with;
-        all = std::move(all_refined);
-        candidates.emplace(std::move(refined));
-      }
-      s.refine = taken;
-    }
-    why_layers = choose(all, goal, lasers, candidates->plan().grid, refine, planned);
-    if (goal.budget_s) why_lost = why_less(goal, best, chosen(all, goal), lasers);
-  }
+  Whys whys;
+  if (goal.any() && fits)
+    whys = GoalSearch(goal, world, device, candidates, planned).choose_values(lasers);
 
   // The plan with these values, in as few tiles as the device's memory allows
   planned.plan = fitting_plan(s, world, device.memory, use, 100, device.has_doubles);
@@ -437,8 +493,8 @@ Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& 
   if (goal.psnr_db && fits) check_psnr(*goal.psnr_db, planned);
   predict_memory(world, device, use, lasers, planned);
   planned.reasons =
-      reasons_of(given ? *given : scene, given || (goal.any() && fits), planned, why_layers);
-  for (const auto& why : {why_refined, why_lost})
+      reasons_of(given ? *given : scene, given || (goal.any() && fits), planned, whys.layers);
+  for (const auto& why : {whys.refined, whys.lost})
     if (!why.empty()) planned.reasons.push_back(why);
   for (auto& warning :
        warnings_of(s, world, planned.plan, candidates->view(), planned.prediction.slm_light,
@@ -454,7 +510,7 @@ double largest_cone_error(const Goal& goal) {
 }
 
 std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
-                                 const DeviceFigures& device, const Goal& goal, bool keep_field) {
+                                 const DeviceFigures& device, const Goal& goal, KeptResults kept) {
   auto for_each = goal;
   if (const auto time_s = goal.time_s())
     for_each.budget_s = *time_s / static_cast<double>(scenes.size());
@@ -462,7 +518,7 @@ std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& 
       std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
         return a.hologram.wavelength_m < b.hologram.wavelength_m;
       });
-  const auto chosen = plan_laser(*longest, world, device, for_each, keep_field, scenes.size());
+  const auto chosen = plan_laser(*longest, world, device, for_each, kept, scenes.size());
   std::vector<Planned> all;
   for (const auto& scene : scenes) {
     if (&scene == &*longest) {
@@ -477,8 +533,8 @@ std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& 
     same.trace = chosen.scene.trace;
     same.accuracy = chosen.scene.accuracy;
     same.refine = chosen.scene.refine;
-    all.push_back(plan_laser(same, world, device, {}, keep_field, scenes.size(),
-                             goal.any() ? &scene : nullptr));
+    all.push_back(
+        plan_laser(same, world, device, {}, kept, scenes.size(), goal.any() ? &scene : nullptr));
   }
   const double rate_per_s = goal.rate_per_s.value_or(pictures_per_s(scenes[0]));
   for (auto& laser : all) {

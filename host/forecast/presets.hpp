@@ -67,6 +67,11 @@ struct Planned {
   std::vector<std::string> warnings;
 };
 
+/// What the render to come keeps (MemoryUse).
+struct KeptResults {
+  bool field = true, by_tile = false;
+};
+
 /// The largest Cone::field_error that a goal accepts.
 double largest_cone_error(const Goal& goal);
 
@@ -74,12 +79,11 @@ double largest_cone_error(const Goal& goal);
 /// What is chosen for the longest wavelength, which shows most, is for the others too; a time is
 /// for all of them together. Pictures that the machine cannot hold get a warning and no choice.
 ///
-/// keep_field  RenderOptions::keep_field of the render to come
 /// throws  InputError as make_plan, and for a goal that nothing can be predicted for (sampling.mode
 ///         "fan")
 std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
                                  const DeviceFigures& device, const Goal& goal = {},
-                                 bool keep_field = true);
+                                 KeptResults kept = {});
 
 /// What the user should know before this plan is computed.
 ///

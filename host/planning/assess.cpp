@@ -225,6 +225,40 @@ bool has_bounces(const Scene& scene, const World& world) {
          lighting_of(scene, world).any_material([](const Material& m) { return m.is_specular(); });
 }
 
+/// Decides how mirrors and glass are followed.
+///
+/// images  of the scene in them; made where they are not known
+void follow_bounces(const Scene& scene, const World& world, Method method, const Plan* moved_from,
+                    std::optional<Images>& images, Plan& plan) {
+  plan.specular.bounces =
+      plan.lighting.any_material([](const Material& m) { return m.is_specular(); })
+          ? scene.trace.depth.value_or(TraceSpec::usual_depth)
+          : 0;
+  require_known_sides(scene, world, plan, method);
+  if (!images) images = images_of(world, plan);
+  plan.specular.images = *images;
+  if (scene.trace.bounces != Bounces::automatic)
+    plan.specular.as = scene.trace.bounces;
+  else if (moved_from)
+    plan.specular.as = moved_from->specular.as;
+  else if (images->points_error > most_points_error)
+    plan.specular.as = Bounces::paths;
+}
+
+/// Chooses virtual planes where they are asked for, and refuses what the carrier cannot do.
+void choose_carrier(const Scene& scene, Method method, bool is_compact, Plan& plan) {
+  if (is_compact) {
+    if (const auto why = why_not_virtual_planes(scene); !why.empty())
+      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
+                       "; give \"spectrum\"");
+    plan.carrier = virtual_planes_of(plan, scene.wrp);
+  } else if (method == Method::wrp && !scene.slm.illumination.is_plane()) {
+    throw InputError(one_line(scene.file.string()) +
+                     ": [illumination]: WRPs hold light about the axis alone; give "
+                     "wrp.propagation \"compact\", or --method points");
+  }
+}
+
 }  // namespace
 
 bool crosses_hologram(const World& world) { return world.min_m.z <= 0 && world.max_m.z >= 0; }
@@ -304,19 +338,7 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   // How light is gathered
   plan.samples.aimed = method == Method::points ||
                        (method == Method::wrp && scene.sampling.mode == SamplingMode::aimed);
-  plan.specular.bounces =
-      plan.lighting.any_material([](const Material& m) { return m.is_specular(); })
-          ? scene.trace.depth.value_or(TraceSpec::usual_depth)
-          : 0;
-  require_known_sides(scene, world, plan, method);
-  if (!images) images = images_of(world, plan);
-  plan.specular.images = *images;
-  if (scene.trace.bounces != Bounces::automatic)
-    plan.specular.as = scene.trace.bounces;
-  else if (moved_from)
-    plan.specular.as = moved_from->specular.as;
-  else if (images->points_error > most_points_error)
-    plan.specular.as = Bounces::paths;
+  follow_bounces(scene, world, method, moved_from, images, plan);
   require_light_through_stop(plan, world);
   plan.samples.antialias = scene.sampling.antialias;
   plan.samples.visibility_parts = scene.sampling.visibility;
@@ -327,16 +349,7 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
 
   divide_as_asked(scene, method, moved_from, plan);
 
-  if (is_compact) {
-    if (const auto why = why_not_virtual_planes(scene); !why.empty())
-      throw InputError(one_line(scene.file.string()) + ": wrp.propagation \"compact\": " + why +
-                       "; give \"spectrum\"");
-    plan.carrier = virtual_planes_of(plan, scene.wrp);
-  } else if (method == Method::wrp && !illumination.is_plane()) {
-    throw InputError(one_line(scene.file.string()) +
-                     ": [illumination]: WRPs hold light about the axis alone; give "
-                     "wrp.propagation \"compact\", or --method points");
-  }
+  choose_carrier(scene, method, is_compact, plan);
 
   // Layers and the planes in them
   const auto placement = method == Method::wrp

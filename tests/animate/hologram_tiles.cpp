@@ -202,6 +202,33 @@ TEST_CASE("render --tiles makes parts and then the rest, and refuses what needs 
   check_refused(desk.render(), 2, "holds a hologram in tiles; add --tiles");
 }
 
+TEST_CASE("plan --tiles plans what render --tiles makes, which needs memory for one tile") {
+  const Desk desk;
+  const std::vector<std::string> scene{desk.file("scene.toml"),
+                                       "--set",
+                                       "hologram.resolution=[16384,16384]",
+                                       "--set",
+                                       "hologram.pitch=1 um",
+                                       "--set",
+                                       "hologram.tiles=auto",
+                                       "--set",
+                                       "object.0.position=['0 mm','0 mm','300 mm']"};
+  const auto run = [&](std::vector<std::string> words) {
+    words.insert(words.begin() + 1, scene.begin(), scene.end());
+    const auto outcome = desk.run(words);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return outcome.out;
+  };
+  const auto whole = nlohmann::json::parse(run({"plan", "--quiet", "--json", "-"})),
+             tiles = nlohmann::json::parse(run({"plan", "--tiles", "--quiet", "--json", "-"}));
+  run({"render", "--tiles", "0", "--quiet", "-o", desk.file("out")});
+  const auto made = nlohmann::json::parse(bytes_of(desk.out("report.json")));
+  CHECK(tiles.at("plan") == made.at("plan"));
+  CHECK(tiles.at("prediction").at("host_bytes").get<double>() <
+        0.5 * whole.at("prediction").at("host_bytes").get<double>());
+}
+
 TEST_CASE("units divides a hologram in tiles, and what it names makes all of it") {
   const Desk desk;
   const auto outcome = desk.run({"units", desk.file("scene.toml"), "--each", "1ms", "--set",

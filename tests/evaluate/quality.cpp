@@ -51,7 +51,7 @@ TEST_CASE("pictures through the hologram's plane have the PSNR that is predicted
                     "object.0.position=[0, 0, '" + std::string(z) + "']", "sampling.pitch=8 um",
                     "viewer.resolution=16 um"});
     const auto predicted =
-        plan_scenes({scene}, build_world(scene), {}, {}, true)[0].prediction.pictures.value();
+        plan_scenes({scene}, build_world(scene), {}, {})[0].prediction.pictures.value();
     QualitySpec what;
     what.blur_m = blur_of_resolution * 16 * um;
     what.lens_points = 12;
