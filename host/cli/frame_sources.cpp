@@ -125,6 +125,10 @@ void add_report(StoredFrames& frames, const fs::path& report) {
   const auto folder = report.parent_path();
   try {
     const auto json = nlohmann::json::parse(in);
+    if (json.contains("tiles"))
+      refuse(report,
+             "is of a hologram in tiles, which no SLM shows at once; show one of them, such as "
+             "tile_00000.png");
     const bool in_colour = json.contains("colour");
     std::vector<std::string> lasers;
     if (in_colour)

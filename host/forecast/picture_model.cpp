@@ -9,6 +9,7 @@
 #include <glm/vector_relational.hpp>
 #include <numbers>
 #include <numeric>
+#include <utility>
 
 #include "host/forecast/eye.hpp"
 #include "host/forecast/slm_light.hpp"
@@ -495,14 +496,20 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   }
   const EvenedLight light(view, plan);
   model.copies = copies_of_lit(light.share_lit());
-  const auto shown = radiance_shown(view, plan), fallen = radiance_fallen(view, plan),
-             evened =
-                 radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); });
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
-  for (const double z_m : quality_depths_m(plan))
-    model.rows.push_back(row_of(view, shown, fallen, evened, plan, model.window, z_m, blur_m, steps,
-                                light.share_lit()));
+  const auto border_m = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
+  const PictureSource source{
+      view,
+      plan,
+      radiance_shown(view, plan),
+      radiance_fallen(view, plan),
+      radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); }),
+      std::move(steps),
+      light.share_lit(),
+      blur_m,
+      {model.window.low_m + border_m, model.window.high_m - border_m}};
+  for (const double z_m : quality_depths_m(plan)) model.rows.push_back(row_of(source, z_m));
   return model;
 }
 

@@ -27,10 +27,18 @@ void transform_strided(const Complex* in, int n, int stride, const Field& roots,
   Field parts(n);
   for (int r = 0; r < p; ++r)
     transform_strided(in + r * stride, m, stride * p, roots, parts.data() + r * m);
-  for (int k = 0; k < n; ++k) {
-    out[k] = 0;
-    for (int r = 0; r < p; ++r)
-      out[k] += parts[r * m + k % m] * roots[static_cast<long long>(r) * k % n * stride];
+  // Of part r, frequency k takes root r k: no division, which would take most of the time
+  const Complex* const root = roots.data();
+  const auto all = static_cast<int>(roots.size());
+  for (int k = 0, step = 0, of_part = 0; k < n; ++k, step += stride, ++of_part) {
+    if (of_part == m) of_part = 0;
+    Complex sum = 0;
+    for (int at = 0, i = of_part; i < n; i += m) {
+      sum += parts[i] * root[at];
+      at += step;
+      if (at >= all) at -= all;
+    }
+    out[k] = sum;
   }
 }
 

@@ -200,6 +200,8 @@ TEST_CASE("render --tiles makes parts and then the rest, and refuses what needs 
   check_refused(tiles("all", {"--set", "hologram.wavelength=[638e-9,520e-9]"}), 2, "one laser");
   check_refused(tiles("all", {"--save-wrps"}), 2, "--save-wrps");
   check_refused(desk.render(), 2, "holds a hologram in tiles; add --tiles");
+  check_refused(desk.run({"show", desk.file("out")}), 2,
+                "show one of them, such as tile_00000.png");
 }
 
 TEST_CASE("plan --tiles plans what render --tiles makes, which needs memory for one tile") {

@@ -267,7 +267,7 @@ void TradeBench::time(TradeRow& row, Renderer& renderer, const RenderOptions& ho
     return renders >= most_renders || (renders >= fewest_renders && watch.wall_s() > enough_s);
   };
   for (const auto& laser : plan_scenes(with_knobs(trade_.scenes, row.knobs), world_,
-                                       figures_of(trade_.device), {}, how.keep_field)) {
+                                       figures_of(trade_.device), {}, {.field = how.keep_field})) {
     row.predicted.push_back(json_of(laser.prediction));
     row.predicted.back()["encoding"] = name_of(laser.plan.slm.encoding);
   }
