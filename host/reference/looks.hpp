@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// Materials and lights at a place, in double precision and one after the other: the oracle of
-/// kernels/scene/look.h and of the lights in kernels/scene/shade.h.
+/// kernels/scene/look.h and of the lights in kernels/scene/lights.h.
 #pragma once
 
 #include <algorithm>

@@ -6,7 +6,6 @@
 #include <glm/common.hpp>
 #include <limits>
 #include <map>
-#include <numbers>
 #include <optional>
 #include <utility>
 
@@ -29,60 +28,6 @@ int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 
 /// Samples from a row of a hologram to the next.
 int row_pitch(glm::ivec2 size) { return whole_packets(size.x) + packet; }
-
-/// Part of a line of `all` samples, of which `count` from number `first` on are open, `step` of a
-/// sample apart.
-struct OpenLine {
-  int all;
-  double first;
-  int count;
-  double step = 1;
-};
-
-/// The chirp before a transform: `curve` turns times the square of a sample's place, counted from
-/// the line's middle, and `slope` turns from sample to sample, which put the axis in the middle of
-/// the transform; zeros follow up to whole packets. Only these few numbers need more than a float's
-/// digits.
-std::vector<Sample> chirp(const OpenLine& line, double curve, double slope, double factor = 1) {
-  std::vector<Sample> values(count_of(whole_packets(line.count)));
-  for (int i = 0; i < line.count; ++i) {
-    const double place = line.first + i * line.step - (line.all - 1) / 2.0,
-                 turns = curve * place * place + slope * i;
-    values[count_of(i)] =
-        Sample(std::polar(factor, 2 * std::numbers::pi * (turns - std::round(turns))));
-  }
-  return values;
-}
-
-/// Turns from sample to sample that put the middle of a transform of n at its frequency zero.
-double to_middle(int n) { return (n - 1.0) / (2.0 * n); }
-
-/// The chirp of a key along one axis: of a Fresnel propagation from a plane z away to the hologram,
-/// conjugated, or of the hologram's transform to that plane.
-std::vector<Sample> chirp_of(const Optics& optics, const PictureGrid& grid, int axis) {
-  const double pitch_m = optics.pitch_m[axis], lambda = optics.wavelength_m;
-  const int n = optics.size[axis], padded = grid.size[axis];
-  OpenLine line{n, 1.0 * grid.open.first[axis], grid.open.size[axis]};
-  if (grid.propagation == Propagation::corrected) {
-    const auto& sizes = grid.spectrum;
-    line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.finer_open[axis],
-            1 / sizes.fine()[axis]};
-    // Half a turn per pixel: the spectrum begins with its lowest frequency, not with zero
-    auto values = chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
-                        -to_middle(padded) - line.step / 2);
-    values.resize(count_of(whole_packets(sizes.finer[axis])));
-    return values;
-  }
-  if (!grid.pupil)
-    return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
-                 (axis == 0 ? 1 : -1) * grid.middle_m[axis] * pitch_m / (lambda * grid.z_m) -
-                     to_middle(padded));
-  line.all = optics.pupil_plane[axis];
-  const double bent_z_m = grid.z_m * grid.pupil->b_m / grid.distance_m,
-               per_sample = 1 / (line.all * pitch_m);  // cycles per metre
-  return chirp(line, lambda * bent_z_m * per_sample * per_sample / 2,
-               (n - 1.0) / (2.0 * line.all) - to_middle(padded));
-}
 
 /// A sample over its modulus; 1 for zero.
 Sample phase_of(const Sample& value) {

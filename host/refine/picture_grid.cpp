@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
+#include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -361,6 +362,45 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
       propagation == Propagation::exact ? 1 : fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);
   grid.unit = per_transform / pixels_per_pixel / open_share * grid.distance_m * grid.distance_m;
   return grid;
+}
+
+std::vector<std::complex<float>> chirp(const OpenLine& line, double curve, double slope,
+                                       double factor) {
+  std::vector<std::complex<float>> values(static_cast<std::size_t>(whole_packets(line.count)));
+  for (int i = 0; i < line.count; ++i) {
+    const double place = line.first + i * line.step - (line.all - 1) / 2.0,
+                 turns = curve * place * place + slope * i;
+    values[static_cast<std::size_t>(i)] =
+        std::complex<float>(std::polar(factor, 2 * std::numbers::pi * (turns - std::round(turns))));
+  }
+  return values;
+}
+
+double to_middle(int n) { return (n - 1.0) / (2.0 * n); }
+
+std::vector<std::complex<float>> chirp_of(const Optics& optics, const PictureGrid& grid, int axis) {
+  const double pitch_m = optics.pitch_m[axis], lambda = optics.wavelength_m;
+  const int n = optics.size[axis], padded = grid.size[axis];
+  OpenLine line{n, 1.0 * grid.open.first[axis], grid.open.size[axis]};
+  if (grid.propagation == Propagation::corrected) {
+    const auto& sizes = grid.spectrum;
+    line = {n, 1.0 * (grid.open.first[axis] - sizes.margin), sizes.finer_open[axis],
+            1 / sizes.fine()[axis]};
+    // Half a turn per pixel: the spectrum begins with its lowest frequency, not with zero
+    auto values = chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
+                        -to_middle(padded) - line.step / 2);
+    values.resize(static_cast<std::size_t>(whole_packets(sizes.finer[axis])));
+    return values;
+  }
+  if (!grid.pupil)
+    return chirp(line, -pitch_m * pitch_m / (2 * lambda * grid.z_m),
+                 (axis == 0 ? 1 : -1) * grid.middle_m[axis] * pitch_m / (lambda * grid.z_m) -
+                     to_middle(padded));
+  line.all = optics.pupil_plane[axis];
+  const double bent_z_m = grid.z_m * grid.pupil->b_m / grid.distance_m,
+               per_sample = 1 / (line.all * pitch_m);  // cycles per metre
+  return chirp(line, lambda * bent_z_m * per_sample * per_sample / 2,
+               (n - 1.0) / (2.0 * line.all) - to_middle(padded));
 }
 
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {

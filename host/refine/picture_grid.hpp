@@ -3,6 +3,7 @@
 /// a key (a depth and an aperture) that needs no device.
 #pragma once
 
+#include <complex>
 #include <glm/vec2.hpp>
 #include <memory>
 #include <optional>
@@ -110,6 +111,29 @@ glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys);
 
 /// throws  InputError when z, the aperture or the window is not possible
 PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propagation);
+
+/// Part of a line of `all` samples, of which `count` from number `first` on are open, `step` of a
+/// sample apart.
+struct OpenLine {
+  int all;
+  double first;
+  int count;
+  double step = 1;
+};
+
+/// The chirp before a transform: `curve` turns times the square of a sample's place, counted from
+/// the line's middle, and `slope` turns from sample to sample, which put the axis in the middle of
+/// the transform; zeros follow up to whole packets. Only these few numbers need more than a float's
+/// digits.
+std::vector<std::complex<float>> chirp(const OpenLine& line, double curve, double slope,
+                                       double factor = 1);
+
+/// Turns from sample to sample that put the middle of a transform of n at its frequency zero.
+double to_middle(int n);
+
+/// The chirp of a key along one axis: of a Fresnel propagation from a plane z away to the hologram,
+/// conjugated, or of the hologram's transform to that plane.
+std::vector<std::complex<float>> chirp_of(const Optics& optics, const PictureGrid& grid, int axis);
 
 /// The key's picture at the pixels of the region, blurred in the same step; negative where it is
 /// not known. Row by row from the top.

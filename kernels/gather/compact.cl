@@ -45,7 +45,6 @@
 #include "kernels/gather/radiance_towards.h"
 #include "kernels/gather/seen.h"
 #include "kernels/samples/visibility.h"
-#include "kernels/scene/shade.h"
 
 // Stores the samples as the tile sees them, without how their amplitudes depend on the direction.
 // left, columns, top, rows: their footprints

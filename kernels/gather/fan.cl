@@ -29,6 +29,27 @@ static inline intv whole(floatv x) {
   return truncated - LANES_SELECT((intv)(0), (intv)(1), LANES_TO_FLOAT(truncated) > x);
 }
 
+// Adds hits to (re, im), by the lengths of their paths and their turns.
+static inline void add_hits(const TracePlane* plane, const Surface* surface, floatv radiance,
+                            floatv length, floatv turns, intv hit, floatv* re, floatv* im) {
+  // A pixel receives from what touches it the mean of 1 / r over a disc of its own width.
+  const float nearest = 0.25f * fmin(plane->pitch_x, plane->pitch_y);
+  // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would alternate
+  // between two cells.
+  const uintv key =
+      cell_key(whole(surface->x * plane->sampling_rate), whole(surface->y * plane->sampling_rate),
+               whole(surface->z * plane->sampling_rate + 0.31f));
+  turns = turns_reduced(turns) + phase_turns(key, plane->seed);
+  floatv c, s;
+  cos_sin_turns(turns, &c, &s);
+  const floatv amplitude = LANES_SELECT((floatv)(0.0f),
+                                        copysign(sqrt(fmax(radiance, (floatv)(0.0f))), length) /
+                                            fmax(fabs(length), (floatv)(nearest)),
+                                        hit);
+  *re += amplitude * c;
+  *im += amplitude * s;
+}
+
 __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_size,
                         TracePlane plane, __global float2* field) {
   const int first = (int)get_global_id(0) * RAYWAVE_LANES;
@@ -42,9 +63,6 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
   const DoubleSingle pixel_y = ds_plus(ds(plane.top, plane.top_low),
                                        ds_steps((intv)(-row), plane.pitch_y, plane.pitch_y_low));
   const floatv x = ds_high(pixel_x), y = ds_high(pixel_y);
-
-  // A pixel receives from what touches it the mean of 1 / r over a disc of its own width.
-  const float nearest = 0.25f * fmin(plane.pitch_x, plane.pitch_y);
 
   floatv re = 0.0f, im = 0.0f;
   for (int ray = 0; ray < fan_size; ++ray) {
@@ -108,21 +126,7 @@ __kernel void trace_fan(SCENE_PARAMETERS, __global const float2* fan, int fan_si
       turns *= copysign((floatv)(1.0f), ds_high(from_plane));
       length = copysign(length, ds_high(from_plane));
 #endif
-
-      // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would
-      // alternate between two cells.
-      const uintv key =
-          cell_key(whole(surface.x * plane.sampling_rate), whole(surface.y * plane.sampling_rate),
-                   whole(surface.z * plane.sampling_rate + 0.31f));
-      turns = turns_reduced(turns) + phase_turns(key, plane.seed);
-      floatv c, s;
-      cos_sin_turns(turns, &c, &s);
-      const floatv amplitude = LANES_SELECT((floatv)(0.0f),
-                                            copysign(sqrt(fmax(radiance, (floatv)(0.0f))), length) /
-                                                fmax(fabs(length), (floatv)(nearest)),
-                                            hit);
-      re += amplitude * c;
-      im += amplitude * s;
+      add_hits(&plane, &surface, radiance, length, turns, hit, &re, &im);
     }
   }
 

@@ -41,7 +41,6 @@
 #include "kernels/gather/spherical_wave.h"
 #include "kernels/gather/tile.h"
 #include "kernels/samples/visibility.h"
-#include "kernels/scene/shade.h"
 
 // A position on an axis of `count` pixels, rounded down and clamped to 0 to count.
 static inline int pixel_near(float place, int count) {

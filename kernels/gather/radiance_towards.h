@@ -6,7 +6,8 @@
 #include "kernels/common/double_single.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/shared.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/lights.h"
+#include "kernels/scene/surface.h"
 
 #if RAYWAVE_HIGHLIGHTS > 0
 // A direction towards the hologram: double-single and of any length, or a unit vector.

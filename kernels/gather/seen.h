@@ -11,7 +11,7 @@
 #include "kernels/gather/options.h"
 #include "kernels/gather/path_terms.h"
 #include "kernels/samples/visibility.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/surface.h"
 
 // Lines of a partly hidden sample: one for each row of parts, and two beyond on each side
 #define COMPACT_SPLINES (RAYWAVE_VISIBILITY_PARTS + 4)

@@ -178,6 +178,22 @@ static inline void light_of_parts(const SceneArrays* scene, const Lattice* latti
 }
 #endif
 
+// Puts a sample onto its surface, with the normal that visibility asks for.
+static inline void put_on_surface(const Shaded* shaded, int lane, Sample* sample) {
+  sample->x = shaded->x[lane];
+  sample->y = shaded->y[lane];
+  sample->z = shaded->z[lane];
+#if RAYWAVE_NORMAL_MAPS
+  sample->nx = shaded->side_x[lane];
+  sample->ny = shaded->side_y[lane];
+  sample->nz = shaded->side_z[lane];
+#else
+  sample->nx = shaded->nx[lane];
+  sample->ny = shaded->ny[lane];
+  sample->nz = shaded->nz[lane];
+#endif
+}
+
 // Adds the sample of a layer, found by `hit` of the ray with tangents (dx, dy). A sample stands for
 // its whole cell: `parts` are the hits of the layer's parts, `covered` of them. Without that, edges
 // of objects, textures and shadows would move by up to half a cell. It shines from the centroid of
@@ -209,19 +225,7 @@ CALLED void add_sample(const SceneArrays* scene, const Lattice* lattice, int col
   ++cell->rank;
 
   Sample sample;
-  sample.x = shaded->x[lane];
-  sample.y = shaded->y[lane];
-  sample.z = shaded->z[lane];
-#if RAYWAVE_NORMAL_MAPS
-  sample.nx = shaded->side_x[lane];
-  sample.ny = shaded->side_y[lane];
-  sample.nz = shaded->side_z[lane];
-#else
-  sample.nx = shaded->nx[lane];
-  sample.ny = shaded->ny[lane];
-  sample.nz = shaded->nz[lane];
-#endif
-
+  put_on_surface(shaded, lane, &sample);
   // Rays start on the outer side of a surface layer only when normals roughly agree with its faces.
   float3 face = normalize(triangle_cross(&scene->tree, hit->triangle));
   if (seen == SEEN_UNBROKEN)

@@ -35,6 +35,25 @@ CALLED floatv light_of_hits(const SceneArrays* scene, const Lattice* lattice, co
 }
 
 #if RAYWAVE_PATHS
+// Light of a path's source towards where rays with these unit directions come from.
+static inline floatv light_of_source(const SceneArrays* scene, const Lattice* lattice,
+                                     const ChiefPath* chief, Vector direction, intv active,
+                                     uint key) {
+  const Rays rays = {chief->source.x - direction.x * lattice->layer_gap,
+                     chief->source.y - direction.y * lattice->layer_gap,
+                     chief->source.z - direction.z * lattice->layer_gap,
+                     direction.x,
+                     direction.y,
+                     direction.z,
+                     (floatv)(0.0f),
+                     (floatv)(lattice->reach),
+                     active};
+  Hits hits = chief->hits;
+  hits.t = lattice->layer_gap;
+  (void)key;
+  return light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key));
+}
+
 // Where rays from places on the window pass the source, across the chief path.
 static inline void miss_of(const Followed* f, const ChiefPath* chief, float3 e1, float3 e2,
                            floatv* distance, floatv* miss_1, floatv* miss_2) {
@@ -156,20 +175,8 @@ CALLED int fit_path(const SceneArrays* scene, const Lattice* lattice, const Path
     const floatv turned = -(chief->face.x * f.direction.x + chief->face.y * f.direction.y +
                             chief->face.z * f.direction.z);
     floatv light = f.share * attenuated_share(f.attenuation, distance) / chief->share;
-    if (shines) {
-      const Rays rays = {chief->source.x - f.direction.x * lattice->layer_gap,
-                         chief->source.y - f.direction.y * lattice->layer_gap,
-                         chief->source.z - f.direction.z * lattice->layer_gap,
-                         f.direction.x,
-                         f.direction.y,
-                         f.direction.z,
-                         (floatv)(0.0f),
-                         (floatv)(lattice->reach),
-                         active};
-      Hits hits = chief->hits;
-      hits.t = lattice->layer_gap;
-      light *= light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)) / own_light;
-    }
+    if (shines)
+      light *= light_of_source(scene, lattice, chief, f.direction, active, key) / own_light;
     const floatv wide = fmax(turned, (floatv)(0.0f)) / cosine * chief->area /
                         fmax(determinant, chief->area / MOST_BRIGHTER);
     const floatv cube = per_q * per_q * per_q * (q * q * q);

@@ -7,7 +7,7 @@
 #include "kernels/common/shared.h"
 #include "kernels/samples/options.h"
 #include "kernels/scene/bvh.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/surface.h"
 
 #define PARTS (RAYWAVE_ANTIALIAS > 0 ? RAYWAVE_ANTIALIAS * RAYWAVE_ANTIALIAS : 1)
 #define PACKETS (PARTS > RAYWAVE_LANES ? PARTS / RAYWAVE_LANES : 1)

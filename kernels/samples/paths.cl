@@ -30,7 +30,6 @@
 #include "kernels/samples/specular_path.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
-#include "kernels/scene/shade.h"
 
 #if RAYWAVE_BOUNCES > 0
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)
@@ -106,23 +105,60 @@ static inline float own_light_of(const SceneArrays* scene, const Lattice* lattic
 #endif
   (void)material;
   if (!shines) return 0.0f;
-  const float3 toward = vector_first(chief->toward);
-  const Rays rays = {(floatv)(chief->source.x - toward.x * lattice->layer_gap),
-                     (floatv)(chief->source.y - toward.y * lattice->layer_gap),
-                     (floatv)(chief->source.z - toward.z * lattice->layer_gap),
-                     (floatv)(toward.x),
-                     (floatv)(toward.y),
-                     (floatv)(toward.z),
-                     (floatv)(0.0f),
-                     (floatv)(lattice->reach),
-                     LANES_INDEX >= 0};
-  Hits hits = chief->hits;
-  hits.t = lattice->layer_gap;
-  return LANES_FIRST(light_of_hits(scene, lattice, &rays, &hits, PLACE_OF_KEY(key)));
+  const float3 first = vector_first(chief->toward);
+  const Vector toward = vector_of((floatv)(first.x), (floatv)(first.y), (floatv)(first.z));
+  return LANES_FIRST(light_of_source(scene, lattice, chief, toward, LANES_INDEX >= 0, key));
 }
 #endif
 
 #define NODES_TELL (RAYWAVE_PATHS && RAYWAVE_VISIBILITY_PARTS > 0 && SIXTEEN_TELL)
+
+// Tangents of the ray which has found a surface layer.
+static inline void finder_tangents(const Lattice* lattice, const BundleLayer* surface_layer,
+                                   const PathCell* cell, float* tangent_x, float* tangent_y) {
+  floatv xs, ys;
+  intv active;
+  part_tangents(lattice, cell->column, cell->row, surface_layer->ray / RAYWAVE_LANES, &xs, &ys,
+                &active);
+  float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
+  LANES_STORE(xs, x);
+  LANES_STORE(ys, y);
+  *tangent_x = x[surface_layer->ray % RAYWAVE_LANES];
+  *tangent_y = y[surface_layer->ray % RAYWAVE_LANES];
+}
+
+// Sums over all rays, and over those that nothing stops: rays, light, moments. Rays that something
+// else stops on their way count only where it stops the path of the sample itself, since the
+// visibility mask tells that then.
+static inline void sum_light(const SceneArrays* scene, const Lattice* lattice, const Bundle* bundle,
+                             const Met* met, const Hits* claimed, const PathCell* cell,
+                             float (*sums)[4]) {
+  for (int k = 0; k < 4; ++k) sums[0][k] = sums[1][k] = 0.0f;
+  for (int packet = 0; packet < PACKETS; ++packet) {
+    const Followed* f = bundle->rays + packet;
+    const Hits* hits = claimed + packet;
+    const intv found = hits->triangle >= 0;
+    if (!LANES_ANY(found)) continue;
+    floatv tangent_x, tangent_y;
+    intv active;
+    part_tangents(lattice, cell->column, cell->row, packet, &tangent_x, &tangent_y, &active);
+    const Rays rays = rays_of_followed(f, lattice->reach, found);
+    const floatv lights =
+        LANES_SELECT((floatv)(0.0f),
+                     light_of_hits(scene, lattice, &rays, hits, PLACE_OF_PART(packet, cell)) *
+                         f->share * attenuated_share(f->attenuation, hits->t),
+                     found);
+    const intv free = found & f->first & (hits->t <= met->nearest[packet]);
+    for (int kind = 0; kind < 2; ++kind) {
+      const intv counts = kind == 0 ? found : free;
+      const floatv light = LANES_SELECT((floatv)(0.0f), lights, counts);
+      sums[kind][0] += (float)lanes_sum(LANES_SELECT((intv)(0), (intv)(1), counts));
+      sums[kind][1] += lanes_float_sum(light);
+      sums[kind][2] += lanes_float_sum(light * tangent_x);
+      sums[kind][3] += lanes_float_sum(light * tangent_y);
+    }
+  }
+}
 
 // Adds the sample of a surface layer that shines.
 CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
@@ -135,46 +171,8 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
               keys);
   ++cell->rank;
 
-  // Light of the rays, and its centroid. Rays that something else stops on their way count only
-  // where it stops the path of the sample itself, since the visibility mask tells that then.
-  floatv lights[PACKETS];
-  float sums[2][4];  // of all rays, and of those that nothing stops: rays, light, moments
-  for (int k = 0; k < 4; ++k) sums[0][k] = sums[1][k] = 0.0f;
-  float finder_x = 0.0f, finder_y = 0.0f;
-  for (int packet = 0; packet < PACKETS; ++packet) {
-    const Followed* f = bundle->rays + packet;
-    const Hits* hits = claimed + packet;
-    const intv found = hits->triangle >= 0;
-    floatv tangent_x, tangent_y;
-    intv active;
-    part_tangents(lattice, cell->column, cell->row, packet, &tangent_x, &tangent_y, &active);
-    const int lane = surface_layer->ray - packet * RAYWAVE_LANES;
-    if (lane >= 0 && lane < RAYWAVE_LANES) {
-      float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
-      LANES_STORE(tangent_x, x);
-      LANES_STORE(tangent_y, y);
-      finder_x = x[lane];
-      finder_y = y[lane];
-    }
-    lights[packet] = 0.0f;
-    if (!LANES_ANY(found)) continue;
-    const Rays rays = rays_of_followed(f, lattice->reach, found);
-    lights[packet] =
-        LANES_SELECT((floatv)(0.0f),
-                     light_of_hits(scene, lattice, &rays, hits, PLACE_OF_PART(packet, cell)) *
-                         f->share * attenuated_share(f->attenuation, hits->t),
-                     found);
-    const intv free = found & f->first & (hits->t <= met->nearest[packet]);
-    for (int kind = 0; kind < 2; ++kind) {
-      const intv counts = kind == 0 ? found : free;
-      const floatv light = LANES_SELECT((floatv)(0.0f), lights[packet], counts);
-      sums[kind][0] += (float)lanes_sum(LANES_SELECT((intv)(0), (intv)(1), counts));
-      sums[kind][1] += lanes_float_sum(light);
-      sums[kind][2] += lanes_float_sum(light * tangent_x);
-      sums[kind][3] += lanes_float_sum(light * tangent_y);
-    }
-  }
-
+  float sums[2][4];
+  sum_light(scene, lattice, bundle, met, claimed, cell, sums);
   // The path through the centroid; where it misses the surface layer, that of the ray which has
   // found it
   ChiefPath chief;
@@ -182,9 +180,11 @@ CALLED void add_path(const SceneArrays* scene, const Lattice* lattice,
   if (!(sums[0][1] > 0.0f)) return;
   bool is_found = find_chief(scene, lattice, cell, sequence, surface_layer,
                              sums[free][2] / sums[free][1], sums[free][3] / sums[free][1], &chief);
-  if (!is_found)
-    is_found =
-        find_chief(scene, lattice, cell, sequence, surface_layer, finder_x, finder_y, &chief);
+  if (!is_found) {
+    float x, y;
+    finder_tangents(lattice, surface_layer, cell, &x, &y);
+    is_found = find_chief(scene, lattice, cell, sequence, surface_layer, x, y, &chief);
+  }
   if (!is_found) return;
   const int kind = chief.first && free;
   // Nodes of a fitted path that all see the source stand for all parts of the window.
@@ -248,18 +248,11 @@ CALLED bool is_seen(const SceneArrays* scene, const Lattice* lattice,
     if (LANES_ANY((claimed[packet].triangle >= 0) & bundle->rays[packet].first &
                   (claimed[packet].t <= met->nearest[packet])))
       return true;
-  floatv tangent_x, tangent_y;
-  intv active;
-  part_tangents(lattice, cell->column, cell->row, surface_layer->ray / RAYWAVE_LANES, &tangent_x,
-                &tangent_y, &active);
-  float x[RAYWAVE_LANES], y[RAYWAVE_LANES];
-  LANES_STORE(tangent_x, x);
-  LANES_STORE(tangent_y, y);
-  const int lane = surface_layer->ray % RAYWAVE_LANES;
+  float x, y;
+  finder_tangents(lattice, surface_layer, cell, &x, &y);
   ChiefPath chief;
   uint visibility[VISIBILITY_WORDS];
-  return find_chief(scene, lattice, cell, &bundle->sequence, surface_layer, x[lane], y[lane],
-                    &chief) &&
+  return find_chief(scene, lattice, cell, &bundle->sequence, surface_layer, x, y, &chief) &&
          look_along(scene, lattice, &bundle->sequence, &chief, false, 0, visibility) > 0;
 }
 

@@ -38,7 +38,7 @@
 #include "kernels/samples/surface_layers.h"
 #include "kernels/samples/visibility.h"
 #include "kernels/scene/bvh.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/surface.h"
 
 // How far a layer lies behind another, in biases of rays, to be behind it for certain.
 #define BEHIND 16.0f

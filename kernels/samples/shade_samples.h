@@ -5,7 +5,9 @@
 
 #include "kernels/samples/lattice_rays.h"
 #include "kernels/samples/surface_layers.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/lights.h"
+#include "kernels/scene/scattered.h"
+#include "kernels/scene/surface.h"
 
 #define SAMPLE_COLOURS (2 * RAYWAVE_COLOURS)
 #define LIT_WORDS (RAYWAVE_LIGHTS > 32 ? (RAYWAVE_LIGHTS + 31) / 32 : 1)

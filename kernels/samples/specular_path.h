@@ -9,7 +9,6 @@
 #include "kernels/scene/bvh.h"
 #include "kernels/scene/fresnel.h"
 #include "kernels/scene/options.h"
-#include "kernels/scene/shade.h"
 
 #define SEQUENCE_ROOM (RAYWAVE_BOUNCES > 0 ? RAYWAVE_BOUNCES : 1)
 
@@ -195,7 +194,7 @@ CALLED void specular_surface(const SceneArrays* scene, const Followed* f, const 
   s->edge_c = vectors[3];
   s->normal_b = vectors[4];
   s->normal_c = vectors[5];
-  // The normal is turned to the ray's side as the triangle's normal is (shade.h).
+  // The normal is turned to the ray's side as the triangle's normal is (surface.h).
   const floatv inverse = rsqrt(fmax(vector_dot(smooth, smooth), (floatv)(1e-30f)));
   const intv same_side =
       (vector_dot(s->face, f->direction) > 0.0f) == (vector_dot(s->face, smooth) > 0.0f);

@@ -11,7 +11,6 @@
 #include "kernels/common/shared.h"
 #include "kernels/samples/options.h"
 #include "kernels/scene/bvh.h"
-#include "kernels/scene/shade.h"
 
 #define VISIBILITY_ALL \
   (RAYWAVE_VISIBILITY_PARTS > 0 ? RAYWAVE_VISIBILITY_PARTS * RAYWAVE_VISIBILITY_PARTS : 1)

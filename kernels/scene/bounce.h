@@ -9,7 +9,7 @@
 #include "kernels/scene/fresnel.h"
 #include "kernels/scene/hit_refinement.h"
 #include "kernels/scene/options.h"
-#include "kernels/scene/shade.h"
+#include "kernels/scene/surface.h"
 
 #if RAYWAVE_BOUNCES > 0
 typedef struct {
