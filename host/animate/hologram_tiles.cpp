@@ -33,7 +33,14 @@ Plan plan_of(const cl::Device& device, const Scene& scene, const World& world, c
   auto plan =
       fitting_plan(scene, world, limits_of(device.info()), {Method::wrp, fft, keep_field, by_tile},
                    RenderOptions{}.rays_per_axis, device.info().fp64);
-  const auto file = one_line(scene.file.string());
+  require_tiles(plan);
+  return plan;
+}
+
+}  // namespace
+
+void require_tiles(const Plan& plan) {
+  const auto file = one_line(plan.scene_name);
   if (plan.tiling.tiles.size() < 2)
     throw InputError(file +
                      ": the hologram is one piece, not tiles; give hologram.tiles, such as " +
@@ -48,10 +55,7 @@ Plan plan_of(const cl::Device& device, const Scene& scene, const World& world, c
     throw InputError(file +
                      ": slm.flip and slm.rotate turn the picture of a whole SLM; leave "
                      "them out");
-  return plan;
 }
-
-}  // namespace
 
 HologramTiles::HologramTiles(const cl::Device& device, Scene scene, cl::FftBackend fft,
                              std::filesystem::path folder)

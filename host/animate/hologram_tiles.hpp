@@ -19,13 +19,16 @@
 
 namespace raywave {
 
+/// throws  InputError where a hologram has one tile, or a setting is for the whole
+void require_tiles(const Plan& plan);
+
 /// A hologram that is planned as a whole. Its tiles, the pictures of FrameFiles, are made in any
 /// order, by one program or several; their bits are the same. Levels of phases are those of
 /// render(); amplitudes share a scale that not all of them are looked at for.
 class HologramTiles {
 public:
   /// folder  as Animator's
-  /// throws  InputError for the scene, where it has one tile, or where a setting is for the whole
+  /// throws  InputError for the scene, and as require_tiles
   HologramTiles(const cl::Device& device, Scene scene, cl::FftBackend fft,
                 std::filesystem::path folder = {});
 

@@ -5,6 +5,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "host/animate/hologram_tiles.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
@@ -35,6 +36,7 @@ void run_plan(const PlanArguments& options) {
   if (options.tiles) require_one_laser(scenes);
   const auto planned = plan_scenes(scenes, world, figures(options.device), options.goal.goal(),
                                    {.field = !options.tiles, .by_tile = options.tiles});
+  if (options.tiles) require_tiles(planned[0].plan);
   if (options.report.prints_text()) std::fputs(plan_report_text(planned, world).c_str(), stdout);
   options.report.write(plan_report_json(planned, world));
 }

@@ -212,7 +212,7 @@ TEST_CASE("plan --tiles plans what render --tiles makes, which needs memory for 
                                        "--set",
                                        "hologram.pitch=1 um",
                                        "--set",
-                                       "hologram.tiles=auto",
+                                       "hologram.tiles=[4,4]",
                                        "--set",
                                        "object.0.position=['0 mm','0 mm','300 mm']"};
   const auto run = [&](std::vector<std::string> words) {
