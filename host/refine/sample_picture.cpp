@@ -11,6 +11,9 @@ namespace {
 /// A box narrower than this is as good as one of this width, in pixels.
 constexpr double least_width_px = 0.5;
 
+/// Parts of the window along an axis (sampling.visibility), at most.
+constexpr std::size_t most_parts = 16;
+
 /// Where the light of a sample's samples counts as equal over the hologram, over its mean.
 constexpr float equal_light = 0.1f;
 
@@ -19,10 +22,11 @@ struct Ends {
   std::array<int, 4> at{};
   std::array<float, 4> weights{};  // per pixel of the box's width
   bool is_empty = true;
+  double open_m = 0;  // of the hologram, or of the pupil's plane
 };
 
 /// Of a box from a to b, in pixels from the first one's edge, of which `count` are kept.
-Ends ends_of(double a, double b, int count) {
+Ends ends_of(double a, double b, int count, double open_m) {
   if (a > b) std::swap(a, b);
   const double middle = (a + b) / 2, half = std::max(b - a, least_width_px) / 2;
   const double low = std::clamp(middle - half, 0.0, 1.0 * count),
@@ -30,6 +34,7 @@ Ends ends_of(double a, double b, int count) {
   Ends ends;
   if (!(low < high)) return ends;
   ends.is_empty = false;
+  ends.open_m = open_m;
   const auto put = [&](std::size_t i, double place, double sign) {
     const int pixel = static_cast<int>(place);
     const double beyond = place - pixel;
@@ -92,19 +97,22 @@ public:
       }
     }
     if (!(most > 0)) return;
-    const float mean =
-        sum / static_cast<float>((up_.end - up_.first) * (across_.end - across_.first));
-    const double u = (across_.low_m + across_.high_m) / 2, v = (up_.low_m + up_.high_m) / 2;
-    if (most - least <= equal_light * mean)
-      return add_box(at, across_.low_m, across_.high_m, up_.low_m, up_.high_m, u, v, mean);
+    if (const float mean =
+            sum / static_cast<float>((up_.end - up_.first) * (across_.end - across_.first));
+        most - least <= equal_light * mean)
+      return add_box(ends_across(at, across_.low_m, across_.high_m),
+                     ends_up(at, up_.low_m, up_.high_m), mean);
+    // Both ends of a part's box are those of its column and its row
+    for (int i = across_.first; i < across_.end; ++i) {
+      const auto [low_u, high_u] = within(across_, i, 0);
+      columns_[static_cast<std::size_t>(i)] = ends_across(at, low_u, high_u);
+    }
     for (int j = up_.first; j < up_.end; ++j) {
       const auto [low_v, high_v] = within(up_, j, 1);
-      for (int i = across_.first; i < across_.end; ++i) {
-        const float value = of_parts[static_cast<std::size_t>(j) * parts + i];
-        if (!(value > 0)) continue;
-        const auto [low_u, high_u] = within(across_, i, 0);
-        add_box(at, low_u, high_u, low_v, high_v, u, v, value);
-      }
+      const auto row = ends_up(at, low_v, high_v);
+      for (int i = across_.first; i < across_.end; ++i)
+        if (const float value = of_parts[static_cast<std::size_t>(j) * parts + i]; value > 0)
+          add_box(columns_[static_cast<std::size_t>(i)], row, value);
     }
   }
 
@@ -141,33 +149,41 @@ private:
             std::min(side.high_m, part + 1 == light_.parts ? side.high_m : edge(part + 1))};
   }
 
-  /// Light through a rectangle of the hologram, or to one of the pupil's plane.
+  /// Where the transform puts a ray: the place on the plane that its sine alone points to.
   ///
-  /// u, v  the open part's middle, where a ray is across the other axis
-  void add_box(const glm::dvec3& at, double low_u, double high_u, double low_v, double high_v,
-               double u, double v, float irradiance) {
-    // Where the transform puts a ray: the place on the plane that its sine alone points to
-    const auto place = [&](double from, double to, double beside) {
-      if (const auto& pupil = light_.pupil)
-        return to + (at.z - grid_.z_m) * (from - pupil->a * to) / (pupil->a * at.z + pupil->b_m);
-      const double length = std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
-      return from + grid_.z_m * (to - from) / std::copysign(length, grid_.side * at.z);
+  /// beside  from the open part's middle, where the ray is across the other axis
+  double place(const glm::dvec3& at, double from, double to, double beside) const {
+    if (const auto& pupil = light_.pupil)
+      return to + (at.z - grid_.z_m) * (from - pupil->a * to) / (pupil->a * at.z + pupil->b_m);
+    const double length = std::sqrt((to - from) * (to - from) + beside * beside + at.z * at.z);
+    return from + grid_.z_m * (to - from) / std::copysign(length, grid_.side * at.z);
+  }
+
+  // Of light through a stretch of the hologram, or to one of the pupil's plane.
+
+  Ends ends_across(const glm::dvec3& at, double low_u, double high_u) const {
+    const double beside = at.y - (up_.low_m + up_.high_m) / 2;
+    const auto column = [&](double from) {
+      return (place(at, from, at.x, beside) - grid_.middle_m.x) / grid_.pixel_m.x +
+             grid_.size.x / 2.0 - grid_.region_first.x + grid_.margin_x();
     };
-    const auto column = [&](double x_m) {
-      return (x_m - grid_.middle_m.x) / grid_.pixel_m.x + grid_.size.x / 2.0 -
-             grid_.region_first.x + grid_.margin_x();
-    };
-    const auto row = [&](double y_m) {
-      return grid_.size.y / 2.0 - (y_m - grid_.middle_m.y) / grid_.pixel_m.y -
+    return ends_of(column(low_u), column(high_u), wide_.x, high_u - low_u);
+  }
+
+  Ends ends_up(const glm::dvec3& at, double low_v, double high_v) const {
+    const double beside = at.x - (across_.low_m + across_.high_m) / 2;
+    const auto row = [&](double from) {
+      return grid_.size.y / 2.0 -
+             (place(at, from, at.y, beside) - grid_.middle_m.y) / grid_.pixel_m.y -
              grid_.region_first.y + grid_.radius_y();
     };
-    const auto x = ends_of(column(place(low_u, at.x, at.y - v)),
-                           column(place(high_u, at.x, at.y - v)), wide_.x),
-               y = ends_of(row(place(low_v, at.y, at.x - u)), row(place(high_v, at.y, at.x - u)),
-                           wide_.y);
+    return ends_of(row(low_v), row(high_v), wide_.y, high_v - low_v);
+  }
+
+  void add_box(const Ends& x, const Ends& y, float irradiance) {
     if (x.is_empty || y.is_empty) return;
-    const auto energy = static_cast<float>(static_cast<double>(irradiance) * (high_u - low_u) *
-                                           (high_v - low_v) * per_area_);
+    const auto energy =
+        static_cast<float>(static_cast<double>(irradiance) * x.open_m * y.open_m * per_area_);
     for (std::size_t j = 0; j < 4; ++j) {
       float* row_of = changes_.data() + static_cast<std::ptrdiff_t>(y.at[j]) * stride_;
       const float share = energy * y.weights[j];
@@ -181,7 +197,8 @@ private:
   int stride_;
   Stretch across_{}, up_{};
   double per_area_ = 1;
-  std::vector<float> changes_;  // second differences of the picture
+  std::array<Ends, most_parts> columns_;  // of the sample that is added
+  std::vector<float> changes_;            // second differences of the picture
 };
 
 }  // namespace

@@ -262,8 +262,8 @@ TEST_CASE(
   small.memory.host_bytes = 8 << 20;  // 16 MiB of field, 2 MiB of levels
   const auto advice_of = [&](const std::vector<std::string>& set, bool keep_field) {
     const auto scene = over_wrps("teapot.toml", set);
-    const auto p =
-        plan_scene(scene, build_world(scene), small, {Preset::balanced, {}, {}}, keep_field);
+    const auto p = plan_scene(scene, build_world(scene), small, {Preset::balanced, {}, {}},
+                              {.field = keep_field});
     const auto found = std::find_if(p.warnings.begin(), p.warnings.end(), [](const auto& warning) {
       return warning.find("for them alone, there are 8.0 MiB; ") != std::string::npos;
     });

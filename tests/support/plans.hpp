@@ -14,8 +14,8 @@ namespace raywave::test {
 
 /// The plan of a scene of one wavelength.
 inline Planned plan_scene(const Scene& scene, const World& world, const DeviceFigures& device = {},
-                          const Goal& goal = {}, bool keep_field = true) {
-  return plan_scenes({scene}, world, device, goal, keep_field)[0];
+                          const Goal& goal = {}, KeptResults kept = {}) {
+  return plan_scenes({scene}, world, device, goal, kept)[0];
 }
 
 /// A square that faces the hologram, or leans back by depth_m from its bottom to its top.
