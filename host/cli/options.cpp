@@ -411,7 +411,7 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
 }
 
 void note_cut(const ReportOptions& report, const Image& picture,
-              const std::optional<glm::dvec2>& window_m) {
+              const std::optional<glm::dvec2>& window_m, const std::string& whole) {
   if (window_m) return;
   const auto mean_of = [&](int left, int right, int top, int bottom) {
     double sum = 0;
@@ -428,9 +428,9 @@ void note_cut(const ReportOptions& report, const Image& picture,
   const double brightest = std::max({mean_of(0, across, 0, h), mean_of(w - across, w, 0, h),
                                      mean_of(0, w, 0, up), mean_of(0, w, h - up, h)});
   if (brightest > goes_on * mean)
-    report.note(
-        "the picture goes on beyond the hologram's size, which is shown: a larger --window, "
-        "such as 20mmx20mm, shows more");
+    report.note("the picture goes on beyond the hologram's size, which is shown: " +
+                (whole.empty() ? "a larger --window, such as 20mmx20mm, shows more"
+                               : "--window " + whole + " shows all of the scene"));
 }
 
 std::string name_at_depth(const std::string& stem, const std::string& z, double z_m) {

@@ -173,8 +173,9 @@ struct ViewOptions {
 /// elsewhere: it goes on there.
 ///
 /// window_m  that was asked for
+/// whole     as --window takes it, where it is known what shows all
 void note_cut(const ReportOptions& report, const Image& picture,
-              const std::optional<glm::dvec2>& window_m);
+              const std::optional<glm::dvec2>& window_m, const std::string& whole = {});
 
 /// Of the program that runs; here, where the system does not tell it.
 std::filesystem::path program_folder();

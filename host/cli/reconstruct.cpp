@@ -98,19 +98,67 @@ void note_shift(const ReconstructArguments& options, const HologramOptions& holo
         "bench");
 }
 
-/// Says where the scene's objects lie, where the report beside a hologram tells of none in the
-/// pictures.
-void note_place(const ReconstructArguments& options, glm::dvec2 window_m) {
-  const std::filesystem::path file(options.hologram.files.at(0));
+/// The report beside a hologram; of several lasers, that of the first. Empty where there is none,
+/// or objects move.
+Json report_beside(const std::filesystem::path& file) {
   std::ifstream in(file.parent_path() / "report.json");
-  const auto report = Json::parse(in, nullptr, false);
-  if (report.contains("animation")) return;  // objects move
+  auto report = Json::parse(in, nullptr, false);
+  if (!report.is_object() || report.contains("animation")) return {};
+  const auto first = "/colour/lasers/0/report"_json_pointer;
+  return report.contains(first) ? report.at(first) : report;
+}
+
+/// Where surfaces lie, mirrors' and glass's images included; empty where the report does not tell.
+struct ScenePlace {
+  glm::dvec2 reach_m{0};  // from the axis, to either side
+  double near_m = std::numeric_limits<double>::infinity(), far_m = -near_m;
+};
+std::optional<ScenePlace> scene_place(const Json& report) {
+  ScenePlace place;
+  const auto widen = [&](const Json& depths) {
+    place.near_m = std::min(place.near_m, depths.at("near_m").get<double>());
+    place.far_m = std::max(place.far_m, depths.at("far_m").get<double>());
+  };
+  try {
+    for (const auto& layer : report.at("plan").at("layers")) {
+      widen(layer);
+      for (const auto* end : {"low_m", "high_m"})
+        place.reach_m =
+            glm::max(place.reach_m, glm::abs(glm::dvec2(layer.at(end).at(0).get<double>(),
+                                                        layer.at(end).at(1).get<double>())));
+    }
+    if (const auto images = "/plan/mirrors/images"_json_pointer; report.contains(images))
+      widen(report.at(images));
+  } catch (const nlohmann::json::exception&) {
+    return {};
+  }
+  return place;
+}
+
+/// A window around the axis that holds all surfaces, with some room, as --window takes it; empty
+/// where the hologram's own does.
+std::string window_of(const ScenePlace& place, glm::dvec2 hologram_m) {
+  const auto sides_m = glm::max(2.1 * place.reach_m, hologram_m);
+  if (sides_m == hologram_m) return {};
+  const auto text = [](double m) { return number_text(std::ceil(m * 1e4) / 10) + "mm"; };
+  return text(sides_m.x) + "x" + text(sides_m.y);
+}
+
+/// Says of a depth that nothing lies there: farther off than the scene is deep.
+void note_depth(const ReconstructArguments& options, const ScenePlace& place, double z_m) {
+  const double room_m = std::max(place.far_m - place.near_m, 0.1 * std::abs(place.near_m));
+  if (z_m >= place.near_m - room_m && z_m <= place.far_m + room_m) return;
+  options.report.note("nothing of the scene is sharp at " + length_text(z_m) + ": it lies " +
+                      length_text(place.near_m) + " to " + length_text(place.far_m) +
+                      " from the hologram");
+}
+
+/// Says where the scene's objects lie, where its report tells of none in the pictures.
+void note_place(const ReconstructArguments& options, const Json& report, glm::dvec2 window_m) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   glm::dvec2 low(infinity), high(-infinity);
   try {
-    const auto& told =
-        report.contains("colour") ? report.at("colour").at("lasers").at(0).at("report") : report;
-    for (const auto& object : told.at("scene").at("objects")) {
+    for (const auto& object : report.at("scene").at("objects")) {
       const auto& place = object.at("position_m");
       const glm::dvec2 at(place.at(0).get<double>(), place.at(1).get<double>());
       const auto& width = object.at("width_m");  // or "as in the file"
@@ -169,7 +217,10 @@ void run_reconstruct(const ReconstructArguments& options) {
   for (const double z_m : depths_m)
     blur_px(options, viewer, specs[0].pitch_m.x, z_m);  // or refuses
 
-  note_place(options, what.window_m.value_or(glm::dvec2(specs[0].resolution) * specs[0].pitch_m));
+  const auto report = report_beside(options.hologram.files.at(0));
+  const auto hologram_m = glm::dvec2(specs[0].resolution) * specs[0].pitch_m;
+  const auto place = scene_place(report);
+  note_place(options, report, what.window_m.value_or(hologram_m));
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = Json::array();
@@ -203,7 +254,9 @@ void run_reconstruct(const ReconstructArguments& options) {
         for (float& pixel : light[i].pixels) pixel = static_cast<float>(double{pixel} * gain);
       }
     }
-    note_cut(options.report, light[0], what.window_m);
+    if (place) note_depth(options, *place, z_m);
+    note_cut(options.report, light[0], what.window_m,
+             place ? window_of(*place, hologram_m) : std::string());
     const auto [low, high] = std::ranges::minmax(light[0].pixels);
     if (z_m == 0 && high < 1.001F * low)
       options.report.note(name +

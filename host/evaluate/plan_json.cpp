@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 
 #include "host/carriers/planning/facts.hpp"
+#include "host/evaluate/quality.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
@@ -144,6 +145,8 @@ Json plan_json(const Plan& plan) {
     j["layers"].push_back({{"distance_m", s.distance_m},
                            {"near_m", s.min_m.z},
                            {"far_m", s.max_m.z},
+                           {"low_m", json_of(glm::dvec2(s.min_m))},
+                           {"high_m", json_of(glm::dvec2(s.max_m))},
                            {"grid", json_of(s.grid)}});
   }
   for (const auto& w : plan.wrps) {

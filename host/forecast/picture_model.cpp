@@ -6,6 +6,7 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
+#include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
 #include <numbers>
 #include <numeric>
@@ -46,6 +47,12 @@ using Raster = std::vector<float>;
 /// Side of the view's cells at a depth.
 double cell_m(const FrontView& view, double z_m) {
   return view.step * std::abs(z_m - view.eye_z_m);
+}
+
+/// Calls `use` with the x and y of every cell, and its place in the view's arrays.
+void for_all_cells(const FrontView& view, const auto& use) {
+  for (int y = 0; y < view.size.y; ++y)
+    for (int x = 0; x < view.size.x; ++x) use(x, y, view.cell(x, y));
 }
 
 /// Mean over a box of 2 half + 1 cells (a fraction of the outermost ones), along both axes; what
@@ -111,14 +118,12 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   const double wavelength_m = plan.hologram.wavelength_m;
   const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
   std::array<std::vector<glm::ivec2>, count> places;  // of each layer's cells
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const double z = view.depth_m[view.cell(x, y)];
-      if (z == 0) continue;
-      const auto at = static_cast<int>((z - plan.extent.near_m) / span * count);
-      places[static_cast<std::size_t>(std::clamp(at, 0, count - 1))].emplace_back(x, y);
-    }
-  }
+  for_all_cells(view, [&](int x, int y, std::size_t i) {
+    const double z = view.depth_m[i];
+    if (z == 0) return;
+    const auto at = static_cast<int>((z - plan.extent.near_m) / span * count);
+    places[static_cast<std::size_t>(std::clamp(at, 0, count - 1))].emplace_back(x, y);
+  });
   Raster sum(radiance.size(), 0);
   std::vector<BlurredLayer> seen;
   for (std::size_t layer = 0; layer < count; ++layer) {
@@ -191,13 +196,10 @@ private:
 /// share  of a place x, y, z
 Raster radiance_times(const FrontView& view, const auto& share) {
   Raster shown(view.radiance);
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto i = view.cell(x, y);
-      const double z_m = view.depth_m[i];
-      if (z_m != 0) shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
-    }
-  }
+  for_all_cells(view, [&](int x, int y, std::size_t i) {
+    const double z_m = view.depth_m[i];
+    if (z_m != 0) shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
+  });
   return shown;
 }
 
@@ -213,11 +215,6 @@ Raster radiance_shown(const FrontView& view, const Plan& plan) {
     }
     return share;
   });
-}
-
-/// The cells' radiance as pixels of slm.fill weaken it.
-Raster radiance_fallen(const FrontView& view, const Plan& plan) {
-  return radiance_times(view, [&](glm::dvec2 at, double z) { return fall_off(plan, at, z); });
 }
 
 /// Light on the hologram as phases alone show it: as bright where few surfaces light it as where
@@ -337,23 +334,22 @@ struct CopiedPicture {
 };
 
 /// Sets the row's haze and copies, from looks all over the window.
-void set_thrown_aside(const CopiedPicture& picture, glm::dvec2 centre_m, double peak,
-                      PictureRow& row) {
-  const auto& source = picture.source;
-  const auto& plan = source.plan;
-  const auto& window = source.window;
-  row.haze = haze_near_hologram(plan.hologram.band_filled);
-  if (is_near_hologram(plan)) return;
+void set_thrown_aside(const PictureSource& source, const Raster& lens, glm::dvec2 centre_m,
+                      double peak, PictureRow& row) {
+  row.haze = haze_near_hologram(source.plan.hologram.band_filled);
+  if (is_near_hologram(source.plan)) return;
+  const CopiedPicture picture{source, lens, row.z_m};
   constexpr int looks = 128;  // along each axis
   double light = 0, spread = 0, copies = 0, on_picture = 0;
   for (int i = 0; i < looks * looks; ++i) {
-    const auto at_m =
-        window.low_m + window.size_m() * (glm::dvec2(i % looks, i / looks) + 0.5) / double(looks);
+    const auto at_m = source.window.low_m + source.window.size_m() *
+                                                (glm::dvec2(i % looks, i / looks) + 0.5) /
+                                                double(looks);
     const double here = picture.light(at_m);
     const auto bands = glm::abs(at_m - centre_m) / (2.0 * picture.corner_m);
     light += here;
     spread += here * (bands.x + bands.y);
-    if (plan.slm.encoding != Encoding::double_phase) continue;
+    if (source.plan.slm.encoding != Encoding::double_phase) continue;
     const double copy = picture.copied(at_m);  // lies beyond the scene, too
     copies += copy * copy;
     on_picture += copy * here;
@@ -377,13 +373,13 @@ PictureRow row_of(const PictureSource& source, double z_m) {
   row.pitch = std::abs(z_m - view.eye_z_m) / plan.lattice.full_z_m;
   const double side_m = cell_m(view, z_m);
   const auto sharp = lens_view(view, view.radiance, plan, z_m, &row.layers);
-  auto lens = sharp;
-  blur_gaussian(lens, view.size, source.blur_m / side_m);
-  const auto picture_of = [&](const Raster& radiance) {
-    if (radiance == view.radiance) return lens;
-    auto picture = lens_view(view, radiance, plan, z_m);
+  const auto blurred = [&](Raster picture) {
     blur_gaussian(picture, view.size, source.blur_m / side_m);
     return picture;
+  };
+  const auto lens = blurred(sharp);
+  const auto picture_of = [&](const Raster& radiance) {
+    return radiance == view.radiance ? lens : blurred(lens_view(view, radiance, plan, z_m));
   };
   const auto shown = picture_of(source.shown), fallen = picture_of(source.fallen),
              evened = picture_of(source.evened);
@@ -391,25 +387,22 @@ PictureRow row_of(const PictureSource& source, double z_m) {
   double peak = 0, light = 0, squares = 0, sharp_squares = 0, edges = 0;
   glm::dvec2 moment_m(0);
   glm::dvec3 alike(0), others_squares(0);
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto place_m = view.place_m(x, y, z_m);
-      if (glm::any(glm::lessThan(place_m, window.low_m)) ||
-          glm::any(glm::greaterThan(place_m, window.high_m)))
-        continue;
-      const auto i = view.cell(x, y);
-      const double here = lens[i];
-      const glm::dvec3 others(shown[i], fallen[i], evened[i]);
-      peak = std::max(peak, here);
-      light += here;
-      moment_m += here * place_m;
-      squares += here * here;
-      alike += here * others;
-      others_squares += others * others;
-      sharp_squares += double{sharp[i]} * double{sharp[i]};
-      edges += double{source.steps[i]};
-    }
-  }
+  for_all_cells(view, [&](int x, int y, std::size_t i) {
+    const auto place_m = view.place_m(x, y, z_m);
+    if (glm::any(glm::lessThan(place_m, window.low_m)) ||
+        glm::any(glm::greaterThan(place_m, window.high_m)))
+      return;
+    const double here = lens[i];
+    const glm::dvec3 others(shown[i], fallen[i], evened[i]);
+    peak = std::max(peak, here);
+    light += here;
+    moment_m += here * place_m;
+    squares += here * here;
+    alike += here * others;
+    others_squares += others * others;
+    sharp_squares += double{sharp[i]} * double{sharp[i]};
+    edges += double{source.steps[i]};
+  });
   if (peak == 0) return row;
   const auto size_m = window.size_m();
   const double cells = size_m.x * size_m.y / (side_m * side_m), unit = 1 / (cells * peak * peak);
@@ -425,7 +418,7 @@ PictureRow row_of(const PictureSource& source, double z_m) {
   row.fallen = left_by(1);
   row.uneven = left_by(2);
   row.edges_m = edges * side_m / (size_m.x * size_m.y * peak * peak);
-  set_thrown_aside({source, lens, z_m}, moment_m / light, peak, row);
+  set_thrown_aside(source, lens, moment_m / light, peak, row);
   return row;
 }
 
@@ -480,35 +473,33 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   set_refinement(model, plan);
   model.spot_m = limit_m(plan, middle_m(plan));
   Raster steps(view.radiance.size(), 0);  // squared, to the next cells right and below
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto i = view.cell(x, y);
-      const auto squared = [&](std::size_t next) {
-        const double step = double{view.radiance[i]} - double{view.radiance[next]},
-                     deep_m = std::abs(double{view.depth_m[i]} - double{view.depth_m[next]});
-        // A surface's own pattern goes on in the cell; its end does not
-        const bool goes_on = deep_m < end_in_cells * cell_m(view, double{view.depth_m[i]});
-        return static_cast<float>(step * step * (goes_on ? step_of_pattern : 1));
-      };
-      if (x + 1 < view.size.x) steps[i] += squared(i + 1);
-      if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
-    }
-  }
+  for_all_cells(view, [&](int x, int y, std::size_t i) {
+    const auto squared = [&](std::size_t next) {
+      const double step = double{view.radiance[i]} - double{view.radiance[next]},
+                   deep_m = std::abs(double{view.depth_m[i]} - double{view.depth_m[next]});
+      // A surface's own pattern goes on in the cell; its end does not
+      const bool goes_on = deep_m < end_in_cells * cell_m(view, double{view.depth_m[i]});
+      return static_cast<float>(step * step * (goes_on ? step_of_pattern : 1));
+    };
+    if (x + 1 < view.size.x) steps[i] += squared(i + 1);
+    if (y + 1 < view.size.y) steps[i] += squared(i + static_cast<std::size_t>(view.size.x));
+  });
   const EvenedLight light(view, plan);
   model.copies = copies_of_lit(light.share_lit());
   const double blur_m = blur_of_resolution * resolution_m;
   model.window = quality_window(plan, view, blur_m);
   const auto border_m = static_cast<double>(picture_border_px) * plan.hologram.pitch_m;
-  const PictureSource source{
-      view,
-      plan,
-      radiance_shown(view, plan),
-      radiance_fallen(view, plan),
-      radiance_times(view, [&](glm::dvec2 at, double z) { return light.of(at, z); }),
-      std::move(steps),
-      light.share_lit(),
-      blur_m,
-      {model.window.low_m + border_m, model.window.high_m - border_m}};
+  const auto fallen = [&](glm::dvec2 at, double z) { return fall_off(plan, at, z); };
+  const auto evened = [&](glm::dvec2 at, double z) { return light.of(at, z); };
+  const PictureSource source{view,
+                             plan,
+                             radiance_shown(view, plan),
+                             radiance_times(view, fallen),
+                             radiance_times(view, evened),
+                             std::move(steps),
+                             light.share_lit(),
+                             blur_m,
+                             {model.window.low_m + border_m, model.window.high_m - border_m}};
   for (const double z_m : quality_depths_m(plan)) model.rows.push_back(row_of(source, z_m));
   return model;
 }

@@ -73,27 +73,6 @@ double left_by(const Pace& pace, int frames) {
                            std::pow(frames, paced_frames));
 }
 
-/// Towards whole pictures, or at the pace of frames.
-bool is_refined(const PictureModel& model) {
-  return model.refined_depths > 0 || model.pace.iterations > 0;
-}
-
-/// Mean square of the light thrown aside that pupils see, over that of white.
-double haze_in_pupils(const PictureModel& model) {
-  if (is_refined(model))
-    return refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5);
-  if (model.encoding != Encoding::double_phase) return 0;
-  return haze_in_pupil *
-         std::clamp((model.pupil_reach - haze_begins) / (haze_is_whole - haze_begins), 0.0, 1.0);
-}
-
-/// Share that pupils see of the light that refinement leaves beyond them, where there is such a
-/// place.
-double unshown_in_pupils(const PictureModel& model) {
-  if (!is_refined(model)) return 0;
-  return model.sees_band ? 1 : model.pupil_reach > 0.5 ? seen_beyond_edges : 0;
-}
-
 /// What holds for the pictures of all depths.
 struct AllDepths {
   const PictureModel& model;
@@ -102,13 +81,14 @@ struct AllDepths {
   double padding_error;
 
   bool is_whole = model.refined_depths > 0;  // phases are refined towards whole pictures
+  bool is_refined = is_whole || model.pace.iterations > 0;
+  Encoding encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
   double blur_m = blur_of_resolution * model.resolution_m;
   double spot_m2 = model.spot_m.x * model.spot_m.y;
   double grain = std::min(1.0, spot_m2 / (4 * pi * blur_m * blur_m));
   // Light that wraps around the padded plane: its own, spread over the picture, and where it
   // interferes with the picture.
   double wrapped = std::min(1.0, std::pow(padding_error, 2));
-  double haze_seen = haze_in_pupils(model), unshown_seen = unshown_in_pupils(model);
   // What few iterations leave of the errors that phases alone and the samples' interference make
   double left = left_by(model.pace, frames);
   // Frames and iterations mend the light alone: what was not sampled, or is too steep, stays
@@ -117,89 +97,87 @@ struct AllDepths {
       std::pow(frames, refined_by_frames) * std::pow(model.refined_rounds, refined_by_rounds);
   double light_of_grain = refined_light * std::pow(grain, refined_by_grain) +
                           refined_crowded * std::pow(grain, crowded_by_grain);
+  double haze_seen =
+      is_refined ? refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5)
+      : model.encoding == Encoding::double_phase
+          ? haze_in_pupil *
+                std::clamp((model.pupil_reach - haze_begins) / (haze_is_whole - haze_begins), 0.0,
+                           1.0)
+          : 0;
+  // Refinement leaves light beyond a pupil, where there is such a place
+  double in_pupil = !is_refined               ? 0
+                    : model.sees_band         ? 1
+                    : model.pupil_reach > 0.5 ? seen_beyond_edges
+                                              : 0;
 };
 
-/// Errors of the complex field at one depth: mean squares.
-struct FieldErrors {
-  double dots, speckle, edges, missing, padding;
-  double cells_at_edges;  // of `edges`
-
-  double sum() const { return dots + speckle + edges + missing + padding; }
-};
-
-FieldErrors field_errors(const AllDepths& all, std::size_t depth) {
-  const auto& row = all.model.rows[depth];
-  const auto& pattern = all.pattern;
-  const double blur_m = all.blur_m, pitch_m = pattern.pitch_m, wrapped = all.wrapped;
-  FieldErrors errors{};
-  errors.dots = row.light * std::min(pattern.dots[depth], 4.0);
-  errors.speckle = row.sharp *
-                   (speckle_factor * pattern.speckle[depth] + cut_factor * pattern.cut[depth]) /
-                   all.frames;
-  errors.cells_at_edges = row.edges_m * edge_factor * std::pow(pitch_m, 4) / std::pow(blur_m, 3);
-  errors.edges = errors.cells_at_edges + row.edges_m * spot_factor * all.spot_m2 / blur_m +
-                 cell_factor * row.light * pitch_m / blur_m;
-  errors.missing = row.missing;
-  errors.padding = row.light * wrapped * (background * wrapped + 2 * all.grain / all.frames);
-  return errors;
-}
-
-/// Share of a haze all over the picture that is an error: some is taken for the picture, whose
+/// Share of a haze all over the picture that is an error: the rest is taken for the picture, whose
 /// brightness is free.
-double uneven_share(const PictureRow& row) {
+double share_of_haze(const PictureRow& row) {
   return 1 - (row.light > 0 ? std::min(1.0, row.mean * row.mean / row.light) : 1);
 }
 
-/// Error of an encoding that is not refined towards whole pictures.
+/// Error that an encoding adds, where it is not refined towards whole pictures.
 double encoding_error(const AllDepths& all, const PictureRow& row) {
   const auto& model = all.model;
-  const auto encoding = model.pace.iterations > 0 ? Encoding::phase : model.encoding;
-  const auto noise = noise_of(encoding, row);
+  const auto noise = noise_of(all.encoding, row);
   // Copies make the picture brighter, which is free, and the rest of them is an error
   const double copies = noise.copies * model.copies,
                brighter = row.light + copies * row.copies_on_picture,
                squares = brighter + copies * (row.copies_on_picture + copies * row.copies),
                of_copies = row.light > 0 ? row.light - brighter * brighter / squares : 0;
-  const bool is_unshown = model.is_even || (model.sees_band && !is_refined(model));
-  return row.light * (std::max(noise.haze, is_unshown ? row.unshown : 0) * uneven_share(row) +
+  const bool is_unshown = model.is_even || (model.sees_band && !all.is_refined);
+  return row.light * (std::max(noise.haze, is_unshown ? row.unshown : 0) * share_of_haze(row) +
                       noise.grain * all.grain / all.frames) +
-         (encoding == Encoding::phase ? std::max(0.0, row.uneven - row.missing) : 0) + of_copies;
+         (all.encoding == Encoding::phase ? std::max(0.0, row.uneven - row.missing) : 0) +
+         of_copies;
 }
 
-/// Error of the levels at one depth; adds its parts to the prediction's.
-double add_errors(const AllDepths& all, const PictureRow& row, const FieldErrors& field,
-                  PicturePrediction& prediction) {
-  const bool is_whole = all.is_whole;
+/// Adds a row's picture to the prediction: its PSNR, and its errors by their sources.
+void add_row(const AllDepths& all, std::size_t i, PicturePrediction& prediction) {
+  const auto& row = all.model.rows[i];
+  const auto& pattern = all.pattern;
+  const double blur_m = all.blur_m, p = pattern.pitch_m;
+  const double dots = row.light * std::min(pattern.dots[i], 4.0);
+  const double speckle =
+      row.sharp * (speckle_factor * pattern.speckle[i] + cut_factor * pattern.cut[i]) / all.frames;
+  const double cells_at_edges = row.edges_m * edge_factor * std::pow(p, 4) / std::pow(blur_m, 3);
+  const double field_edges = cells_at_edges + row.edges_m * spot_factor * all.spot_m2 / blur_m +
+                             cell_factor * row.light * p / blur_m;
+  const double padding =
+      row.light * all.wrapped * (background * all.wrapped + 2 * all.grain / all.frames);
+  const double field = dots + speckle + field_edges + row.missing + padding;
   // Refined phases have errors of their own: of light, where light is missing, at edges
   const double of_phases =
-      all.haze_seen + row.light * all.unshown_seen * row.unshown * uneven_share(row) +
-      (is_whole ? all.by_depths / all.by_rounds * all.light_of_grain * row.light
-                : all.left * encoding_error(all, row));
-  const double missing = field.missing * (is_whole ? all.by_depths * refined_missing : 1);
+      all.haze_seen + row.light * all.in_pupil * row.unshown * share_of_haze(row) +
+      (all.is_whole ? all.by_depths / all.by_rounds * all.light_of_grain * row.light
+                    : all.left * encoding_error(all, row));
+  const double missing = row.missing * (all.is_whole ? all.by_depths * refined_missing : 1);
   const double edges =
-      is_whole ? all.by_depths * refined_edges * field.cells_at_edges + left_of_edges * field.edges
-               : field.edges;
-  const double of_samples = is_whole ? 0 : all.left * (field.dots + field.speckle) + field.padding;
+      all.is_whole ? all.by_depths * refined_edges * cells_at_edges + left_of_edges * field_edges
+                   : field_edges;
+  const double of_samples = all.is_whole ? 0 : all.left * (dots + speckle) + padding;
   const double stop = stop_factor * row.light * all.model.stopped;
   // Refinement knows it, and mends half (tests/refine/showing.cpp)
-  const double fallen = row.fallen * (prediction.refined ? 0.5 : 1);
+  const double fallen = row.fallen * (all.is_refined ? 0.5 : 1);
+  // Whatever resembles nothing is matched by a dark picture, for brightness is free
+  const auto psnr_db = [&](double error) {
+    const double matched = std::min(row.light > 0 ? row.light : 1.0, error);
+    return matched > 0 ? -10 * std::log10(matched) : 200;
+  };
+  const auto rows = static_cast<double>(all.model.rows.size());
+  prediction.field_psnr_db += psnr_db(field) / rows;
+  prediction.psnr_db.push_back(psnr_db(of_phases + missing + edges + of_samples + stop + fallen));
+  prediction.mean_psnr_db += prediction.psnr_db.back() / rows;
   prediction.encoding += of_phases;
   prediction.stop += stop;
   prediction.fall_off += fallen;
   prediction.edges += edges;
   prediction.missing += missing;
-  if (!is_whole) {
-    prediction.dots += all.left * field.dots;
-    prediction.speckle += all.left * field.speckle;
-    prediction.padding += field.padding;
-  }
-  return of_phases + missing + edges + of_samples + stop + fallen;
-}
-
-/// Whatever resembles nothing is matched by a dark picture, for brightness is free.
-double psnr_db(const PictureRow& row, double error) {
-  const double matched = std::min(row.light > 0 ? row.light : 1.0, error);
-  return matched > 0 ? -10 * std::log10(matched) : 200;
+  if (all.is_whole) return;
+  prediction.dots += all.left * dots;
+  prediction.speckle += all.left * speckle;
+  prediction.padding += padding;
 }
 
 }  // namespace
@@ -214,26 +192,16 @@ double PicturePrediction::sure_db() const {
 
 PicturePrediction predict_pictures(const PictureModel& model, const LatticePattern& pattern,
                                    int frames, double padding_error) {
+  const AllDepths all{model, pattern, frames, padding_error};
   PicturePrediction prediction;
   prediction.window = model.window;
-  prediction.refined = is_refined(model);
+  prediction.refined = all.is_refined;
   prediction.through_pupil = model.pupil_reach > 0;
   // Pictures made by rays hold what samples miss
-  prediction.left_out = model.refined_depths > 0 ? 0
-                        : model.has_detail       ? 2e-4
-                        : prediction.refined     ? 0
-                                                 : 1e-4;
+  prediction.left_out = all.is_whole ? 0 : model.has_detail ? 2e-4 : prediction.refined ? 0 : 1e-4;
   prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
                                 [](const auto& row) { return row.light == 0 && row.missing == 0; });
-  const AllDepths all{model, pattern, frames, padding_error};
-  const auto depths = static_cast<double>(model.rows.size());
-  for (std::size_t i = 0; i < model.rows.size(); ++i) {
-    const auto& row = model.rows[i];
-    const auto field = field_errors(all, i);
-    prediction.field_psnr_db += psnr_db(row, field.sum()) / depths;
-    prediction.psnr_db.push_back(psnr_db(row, add_errors(all, row, field, prediction)));
-    prediction.mean_psnr_db += prediction.psnr_db.back() / depths;
-  }
+  for (std::size_t i = 0; i < model.rows.size(); ++i) add_row(all, i, prediction);
   const std::array parts{&prediction.dots,    &prediction.speckle, &prediction.edges,
                          &prediction.missing, &prediction.padding, &prediction.encoding,
                          &prediction.stop,    &prediction.fall_off};

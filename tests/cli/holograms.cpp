@@ -92,16 +92,22 @@ TEST_CASE("encode for another SLM keeps the encoding that the render chose, and 
   }
 }
 
-TEST_CASE("a picture that goes on beyond the hologram's size is said to") {
+TEST_CASE("a picture beyond the hologram's size, or where nothing of the scene lies, is said to") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);  // 0.2 mm of 0.192 mm x 0.128 mm
-  const auto said = [&](const std::vector<std::string>& more) {
+  const auto told = [&](const std::vector<std::string>& more) {
     std::vector<std::string> words{
         "reconstruct", desk.out("report.json").string(), "-z", "10mm", "-o", desk.file("seen")};
     words.insert(words.end(), more.begin(), more.end());
-    return desk.run(words).err.find("goes on beyond the hologram's size") != std::string::npos;
+    return desk.run(words).err;
   };
-  CHECK(said({}));
+  const auto said = [&](const std::vector<std::string>& more) {
+    return told(more).find("goes on beyond the hologram's size") != std::string::npos;
+  };
+  CHECK_SAYS(told({}), "--window 0.3mmx0.3mm shows all of the scene");
+  CHECK_SAYS(told({"-z", "30mm"}),
+             "nothing of the scene is sharp at 30 mm: it lies 10 mm to 10 mm");
+  CHECK(told({"-z", "10.5mm"}).find("is sharp at") == std::string::npos);
   CHECK_FALSE(said({"--window", "0.1mmx0.1mm"}));
   REQUIRE(desk.render({"--quiet", "--set", "object.0.width=40 um"}).code == 0);
   CHECK_FALSE(said({}));
