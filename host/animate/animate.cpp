@@ -294,6 +294,7 @@ void Animator::plan_laser(Laser& laser, std::vector<int>& poses) {
     try {
       moved = scene_at(laser.scene, picture);
       move_objects(moved, world_);
+      if (world_.min_m.z < nearest_.second) nearest_ = {picture, world_.min_m.z};
       reach_m_ = glm::max(reach_m_, glm::max(glm::abs(glm::dvec2(world_.min_m)),
                                              glm::abs(glm::dvec2(world_.max_m))));
     } catch (const InputError& error) {

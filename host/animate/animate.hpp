@@ -2,12 +2,14 @@
 /// The holograms of a scene that moves (docs/animation.md).
 #pragma once
 
+#include <cmath>
 #include <filesystem>
 #include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cl/device.hpp"
@@ -68,6 +70,8 @@ public:
   std::optional<LaserSet> colours() const;
   /// What `of_plan` says of the first picture, of all lasers.
   std::vector<std::string> notes(const PlanNotes& of_plan) const;
+  /// The first of the pictures that come nearest to the eye, and how near.
+  std::pair<int, double> nearest() const { return nearest_; }
   const Schedule& schedule() const { return schedule_; }
   /// Of a picture, depth and window filled in.
   Camera camera(int picture) const;
@@ -136,7 +140,8 @@ private:
   std::optional<Shared> shared_;
   std::vector<std::vector<int>> poses_;  // that each laser's plan needs
   glm::dvec2 reach_m_{0};  // largest distances of all objects, in all pictures, from the axis
-  World world_;            // with all objects where the first picture has them
+  std::pair<int, double> nearest_{0, INFINITY};
+  World world_;  // with all objects where the first picture has them
 };
 
 /// Makes the pictures that `files` lacks. While one is computed, those before it are written.

@@ -26,6 +26,7 @@
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/tuning.hpp"
+#include "host/forecast/warnings.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/scene_json.hpp"
 #include "host/scene/units.hpp"
@@ -154,6 +155,9 @@ void run_animate(const AnimateArguments& options) {
         [&, &planned = planned](const Scene& scene, const World& world, const Plan& plan) {
           return render_warnings(planned, scene, world, plan);
         });
+    if (const auto [picture, near_m] = animator->nearest(); picture > 0)
+      if (const auto text = eye_distance_warning(scenes[0].viewer, near_m); !text.empty())
+        notes.push_back("picture " + std::to_string(picture) + ": " + text);
     if (!of_colour.empty()) notes.push_back(of_colour);
     for (const auto& note : notes) options.report.note(note);
     if (options.restart) FrameFiles::remove(folder);

@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
+#include <string>
 #include <tuple>
 #include <utility>
 #include <vector>
@@ -17,7 +18,9 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/stage_clock.hpp"
+#include "host/forecast/warnings.hpp"
 #include "host/geometry/world.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/preview.hpp"
@@ -120,6 +123,11 @@ void run_preview(const LensArguments& options) {
     auto scenes = options.scene.load_all(options.report);
     auto world = build_world(scenes[0]);
     auto plans = plans_of(scenes, world);
+    std::vector<std::pair<double, std::vector<std::string>>> warnings;
+    for (std::size_t i = 0; i < plans.size(); ++i)
+      warnings.emplace_back(plans[i].hologram.wavelength_m,
+                            preview_warnings(scenes[i], world, plans[i]));
+    for (const auto& line : lines_of_lasers(warnings)) options.report.note(line);
     return std::tuple(std::move(scenes), std::move(world), std::move(plans));
   });
   const cl::Device device(options.device.info());
@@ -139,7 +147,12 @@ void run_preview(const LensArguments& options) {
   load_lens(device, plans[0]);
   auto arrays = placing.get();
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
-  options.report.write(save(options, scenes, images, "preview", what));
+  const auto told = save(options, scenes, images, "preview", what);
+  if (told.at("white") == 0)
+    options.report.note(
+        "nothing is seen in this picture: the scene lies outside its window, or gets no light on "
+        "this side; a larger --window, another position or another [[light]] shows it");
+  options.report.write(told);
 }
 
 }  // namespace

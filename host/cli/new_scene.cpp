@@ -226,9 +226,10 @@ void run_new(const NewArguments& options) {
   }
   write_text(options.out, text);
   for (const auto& warning : warnings) options.report.note(warning);
+  const auto word = shell_word(options.out);
   if (options.report.prints_text())
     std::printf("%s  next: raywave preview %s, raywave plan %s\n", options.out.c_str(),
-                options.out.c_str(), options.out.c_str());
+                word.c_str(), word.c_str());
   options.report.write(Json{{"scene", options.out}, {"warnings", warnings}});
 }
 

@@ -109,12 +109,14 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
   if (is_of_one)
     std::printf("the laser of the longest wavelength alone, which goals are for: %s\n",
                 check.text().c_str());
-  if (check.goal.any())
+  if (check.goal.any() && !check.goal.preset)
     std::printf("the goal is %sreached%s\n", check.is_kept() ? "" : "not ",
                 check.wanted_db() ? ", to within 0.5 dB" : "");
   if (is_colour) std::printf("PSNR and SSIM of luminances as sRGB, Delta E 2000 of the colours\n");
   std::printf("levels by %s", name_of(lasers[0].plan.slm.encoding));
-  if (spec.field) std::printf("; %.2f of the SLM's light is the wanted wave", result.wanted_share);
+  // Refined phases make pictures, not the field
+  if (spec.field && !lasers[0].plan.refine)
+    std::printf("; %.2f of the SLM's light is the wanted wave", result.wanted_share);
   std::printf("\n");
   if (result.against_points) {
     std::printf(
@@ -132,12 +134,16 @@ void print_table(const QualityResult& result, const QualitySpec& spec,
 }
 
 /// Measures what the goal has reached: with several lasers, of the one that it was planned for.
-void measure(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
-             const RenderOptions& how, const QualityResult& result, GoalCheck& check) {
+void measure(const QualityArguments& options, const cl::Device& device,
+             const std::vector<Scene>& scenes, const World& world, const RenderOptions& how,
+             const QualityResult& result, GoalCheck& check) {
   if (scenes.size() > 1 && check.wanted_db() && check.resolution_m > 0)
-    measure_judged(device, scenes, world, result.render, how, check);
-  else
-    check.measure(result, scenes[0].hologram.pitch_m.x);
+    return measure_judged(device, scenes, world, result.render, how, check);
+  check.measure(result, scenes[0].hologram.pitch_m.x);
+  if (options.depths.z.empty()) return;
+  // Prediction and goal of a report are for the plan's own depths
+  check.predicted_db.reset();
+  check.goal.psnr_db = options.goal.psnr_db;
 }
 
 /// The goal of a report, or the one that is given in its place.
@@ -170,7 +176,7 @@ QualityResult judge_scenes(const QualityArguments& options, const cl::Device& de
     options.report.note(warning);
   auto result = assess(device, scenes, world, how, spec);
   check.picture_s = picture_s(result.render);
-  measure(device, scenes, world, how, result, check);
+  measure(options, device, scenes, world, how, result, check);
   return result;
 }
 
@@ -191,7 +197,7 @@ QualityResult judge_files(const QualityArguments& options, const cl::Device& dev
   LensPictures lens;
   auto result =
       assess(device, finished.scenes, world, std::move(finished.rendered), how, spec, lens);
-  measure(device, finished.scenes, world, how, result, check);
+  measure(options, device, finished.scenes, world, how, result, check);
   return result;
 }
 

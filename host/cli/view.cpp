@@ -7,6 +7,7 @@
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <string>
 #include <thread>
 #include <utility>
@@ -273,14 +274,17 @@ void record(const ViewArguments& options, LiveScene& scene) {
   const auto steps = read_steps(options.record, scene.start());
   OutputSet out(options.out);
   auto pictures = Json::array();
+  std::set<std::string> said;
   for (const auto& viewing : steps) {
     const auto picture = scene.look(viewing);
     const auto name = format("view_%05zu.png", pictures.size());
     save(out.folder() / name, picture);
     out.add(name);
-    // Their numbers differ from picture to picture
-    for (const auto& note : scene.notes())
-      if (pictures.empty()) options.report.note(note);
+    for (const auto& note : scene.notes()) {
+      auto words = note;  // numbers differ from picture to picture
+      std::erase_if(words, [](char c) { return (c >= '0' && c <= '9') || c == '.'; });
+      if (said.insert(words).second || pictures.empty()) options.report.note(name + ": " + note);
+    }
     pictures.push_back({{"png", name},
                         {"focus_m", viewing.focus_m},
                         {"hologram_s", picture.hologram_s},

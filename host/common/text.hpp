@@ -26,6 +26,9 @@ std::string json_reason(const std::exception& error);
 /// one_line(text) in double quotes.
 std::string in_quotes(std::string_view text);
 
+/// A word of a command line, in quotes where a POSIX shell needs them.
+std::string shell_word(const std::string& text);
+
 /// Letters to insert, delete or replace to make one word from the other.
 std::size_t edit_distance(std::string_view a, std::string_view b);
 

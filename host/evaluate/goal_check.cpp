@@ -133,7 +133,7 @@ Json json_of(const GoalCheck& check) {
   if (goal.rate_per_s) json["rate_per_s"] = *goal.rate_per_s;
   if (check.predicted_db) json["predicted_psnr_db"] = *check.predicted_db;
   if (check.measured_db) json["measured_psnr_db"] = *check.measured_db;
-  if (check.measured_db || goal.time_s()) json["kept"] = check.is_kept();
+  if ((check.measured_db && !goal.preset) || goal.time_s()) json["kept"] = check.is_kept();
   json.update({{"window_m", json_of(check.window)},
                {"resolution_m", check.resolution_m},
                {"seconds", check.seconds},

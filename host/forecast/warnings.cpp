@@ -170,6 +170,7 @@ struct Warnings {
   const FrontView& view;
   double shortest = 1;         // wavelength of all lasers, over that of the plan
   std::optional<EyeView> eye;  // behind an eyepiece
+  Light light;
   std::vector<std::string> all;
 
   glm::dvec2 size_m() const { return world.max_m - world.min_m; }
@@ -183,6 +184,7 @@ struct Warnings {
 
   void of_hologram();
   void of_units();
+  void of_place();
   void of_light();
   void of_panel(const SlmLight& slm_light);
   void of_viewer();
@@ -218,8 +220,7 @@ void Warnings::of_units() {
   }
 }
 
-void Warnings::of_light() {
-  const auto light = light_of(world, plan, view, shortest);
+void Warnings::of_place() {
   if (eye) {
     for (const auto& warning : eye_warnings(scene, plan, *eye)) warn(warning);
   } else if (light.all > 0) {
@@ -235,14 +236,20 @@ void Warnings::of_light() {
           (plan.extent.near_m - light.farther_m < -scene.viewer.distance_m && plan.extent.near_m < 0
                ? ", and viewer.distance beyond it"
                : ""));
+  }
+  if (auto text = beyond_pixels(world, plan); !text.empty() && !eye && plan.specular.bounces == 0)
+    warn(text);
+  if (auto text = eye_distance_warning(scene.viewer, plan.extent.near_m); !text.empty()) warn(text);
+}
+
+void Warnings::of_light() {
+  if (!eye && light.all > 0) {
     if (const double lost = (light.within_pixels - light.within_planes) / light.all;
         lost > least_loss)
       warn(percent_text(lost) +
            " of the scene's light passes beside the WRPs: a larger wrp.grid, or \"auto\", catches "
            "it");
   }
-  if (auto text = beyond_pixels(world, plan); !text.empty() && !eye && plan.specular.bounces == 0)
-    warn(text);
   if (const double beyond = plan.specular.images.beyond; beyond > least_image_loss)
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
@@ -299,18 +306,6 @@ void Warnings::of_panel(const SlmLight& slm_light) {
 }
 
 void Warnings::of_viewer() {
-  if (const auto& viewer = scene.viewer; !viewer.eyepiece_m) {
-    const double nearest_m = viewer.distance_m + plan.extent.near_m;
-    if (nearest_m < 0)
-      warn("the picture reaches to " + length_text(plan.extent.near_m) +
-           ", behind the viewer's eye: give a viewer.distance of more than " +
-           length_text(-plan.extent.near_m));
-    else if (nearest_m < nearest_focus_m)
-      warn("the picture reaches to " + length_text(std::round(nearest_m * 1e4) / 1e4) +
-           " before the viewer's eye, nearer than eyes focus: a viewer.distance of " +
-           length_text(std::ceil((nearest_focus_m - plan.extent.near_m) * 1e2) / 1e2) +
-           " is seen sharp");
-  }
   // Within a part of the hologram, what hides what stays as it is
   constexpr int most_parts = 16;
   const int parts = plan.samples.visibility_parts;
@@ -387,7 +382,39 @@ void Warnings::of_materials() {
         "has the least, on devices that can");
 }
 
+/// Those of what a viewer sees at all.
+Warnings warnings_of_place(const Scene& scene, const World& world, const Plan& plan,
+                           const FrontView& view) {
+  const auto wavelengths_m = wavelengths_m_of(scene);
+  Warnings warnings{scene, world, plan, view, 1, {}, {}, {}};
+  warnings.shortest =
+      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
+  if (scene.viewer.eyepiece_m) warnings.eye = eye_view(scene, plan, view);
+  warnings.light = light_of(world, plan, view, warnings.shortest);
+  warnings.of_hologram();
+  warnings.of_units();
+  warnings.of_place();
+  return warnings;
+}
+
 }  // namespace
+
+std::string eye_distance_warning(const ViewerSpec& viewer, double near_m) {
+  const double nearest_m = viewer.distance_m + near_m;
+  if (viewer.eyepiece_m || nearest_m >= nearest_focus_m) return "";
+  if (nearest_m < 0)
+    return "the picture reaches to " + length_text(near_m) +
+           ", behind the viewer's eye: give a viewer.distance of more than " + length_text(-near_m);
+  return "the picture reaches to " + length_text(std::round(nearest_m * 1e4) / 1e4) +
+         " before the viewer's eye, nearer than eyes focus: a viewer.distance of " +
+         length_text(std::ceil((nearest_focus_m - near_m) * 1e2) / 1e2) + " is seen sharp";
+}
+
+std::vector<std::string> preview_warnings(const Scene& scene, const World& world,
+                                          const Plan& plan) {
+  constexpr int coarse = 64;  // takes milliseconds
+  return warnings_of_place(scene, world, plan, front_view(scene, world, plan, coarse)).all;
+}
 
 bool is_default_pitch(const Scene& scene) {
   return !scene.given.contains("sampling.pitch") &&
@@ -398,12 +425,7 @@ std::vector<std::string> warnings_of(const Scene& scene, const World& world, con
                                      const FrontView& view, const SlmLight& slm_light,
                                      bool is_default_pitch) {
   const auto wavelengths_m = wavelengths_m_of(scene);
-  Warnings warnings{scene, world, plan, view, 1, {}, {}};
-  warnings.shortest =
-      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
-  if (scene.viewer.eyepiece_m) warnings.eye = eye_view(scene, plan, view);
-  warnings.of_hologram();
-  warnings.of_units();
+  auto warnings = warnings_of_place(scene, world, plan, view);
   warnings.of_light();
   // A user who gives 0 says that nothing is left undiffracted
   warn_of_slm(slm_light, wavelengths_m,

@@ -181,9 +181,9 @@ SceneText read_scene_text(const std::filesystem::path& file) {
   for (const char* of_mesh :
        {".obj", ".ply", ".stl", ".off", ".gltf", ".glb", ".fbx", ".dae", ".3ds"})
     if (type == of_mesh)
-      throw InputError(one_line(file.string()) +
-                       ": is a mesh, and a scene is needed: raywave new " +
-                       one_line(file.string()) + " -o scene.toml writes one that shows it");
+      throw InputError(
+          one_line(file.string()) + ": is a mesh, and a scene is needed: raywave new " +
+          shell_word(one_line(file.string())) + " -o scene.toml writes one that shows it");
   for (const char* of_result : {".json", ".npy", ".png", ".bmp", ".tif", ".tiff", ".exr", ".jpg"})
     if (type == of_result)
       throw InputError(one_line(file.string()) + ": is a " +

@@ -273,6 +273,19 @@ TEST_CASE("preview has the lens's outlines within a pixel, and by default shows 
       2, "give one");
 }
 
+TEST_CASE("preview warns of what a viewer does not see, and says that it is black") {
+  const Desk desk;
+  const auto at = [&](const std::string& place) {
+    return desk
+        .run({"preview", desk.file("scene.toml"), "-o", desk.file("seen"), "--set",
+              "object.0.position=" + place})
+        .err;
+  };
+  CHECK(at("[0, 0, '10 mm']").empty());
+  CHECK_SAYS(at("['50 mm', 0, '10 mm']"), "the scene begins 49.9 mm beside", "nothing is seen in");
+  CHECK_SAYS(at("[0, 0, '-500 mm']"), "behind the viewer's eye");
+}
+
 /// The share of the lit pixels of `a` that show no lit pixel of `b` in their place, or within one
 /// pixel of the coarser picture beside it. `b` is moved by some of its pixels.
 double share_apart(const Image& a, const Image& b, int moved = 0) {

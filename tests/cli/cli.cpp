@@ -189,6 +189,10 @@ TEST_CASE("refine writes a hologram that reconstruct reads, and goes on where it
   CHECK(std::filesystem::exists(desk.out("refined.npy")));
   const auto again = desk.run({"encode", desk.out("report.json"), "-o", desk.file("again")});
   CHECK_SAYS(again.err, "refined are encoded");
+  CHECK_SAYS(desk.run({"quality", desk.out("report.json").string(), "-o", more, "--no-views",
+                       "--lens-points", "1", "--border", "0"})
+                 .out,
+             "levels by phase\n");
   CHECK(bytes_of(desk.file("again/hologram.png")) == bytes_of(desk.out("hologram.png")));
   CHECK_SAYS(desk.run({"encode", desk.out("field.npy"), "-o", desk.file("again")}).err,
              "before its phases were refined");

@@ -8,6 +8,7 @@ namespace raywave {
 namespace {
 
 using namespace test;
+using Catch::Matchers::ContainsSubstring;
 using Json = nlohmann::json;
 
 Json report_of(const Desk& desk, const std::string& file = "out/report.json") {
@@ -119,6 +120,16 @@ TEST_CASE("animate --rate says how many pictures a second it computed where it k
     REQUIRE(outcome.code == 0);
     CHECK((outcome.err.find(says) == std::string::npos) == is_kept);
   }
+}
+
+TEST_CASE("animate warns of the picture that comes nearest, behind the viewer's eye") {
+  Desk desk;
+  desk.scene(
+      "[animation]\nframes = 4\n[[animation.track]]\nof = \"object.0.position\"\nat = [0, 2]\n"
+      "values = [[0, 0, \"10 mm\"], [0, 0, \"-500 mm\"]]\n");
+  const auto outcome = desk.run({"animate", desk.file("scene.toml"), "-o", desk.file("moving"),
+                                 "--no-video", "--no-preview"});
+  CHECK_SAYS(outcome.err, "picture 2: the picture reaches to -500 mm, behind the viewer's eye");
 }
 
 TEST_CASE("drivers that compile clFFT's kernels print nothing of their own", "[slow]") {
@@ -236,13 +247,17 @@ TEST_CASE("quality of a report says whether the goal that was asked for is reach
   CHECK(judged["window_m"] == told["window_m"]);
   CHECK(judged["measured_psnr_db"].get<double>() ==
         Catch::Approx(told["measured_psnr_db"].get<double>()).margin(0.5));
+  CHECK_THAT(judge({"-z", "12mm"}).out,
+             !ContainsSubstring("predicted") && !ContainsSubstring("the goal is"));
   CHECK_SAYS(judge({"--psnr", "90"}).out, "where 90 were asked for", "the goal is not reached");
   CHECK_SAYS(judge({"--budget", "1us"}).out, "a picture took", "the goal is not reached");
   CHECK_SAYS(judge({"--rate", "1000"}).out, "where 1 ms were asked for", "is not reached");
   CHECK_SAYS(judge({"--preset", "draft"}).err, "was not rendered with --preset draft");
   render({"--preset", "draft"});
   CHECK(report_of(desk)["goal"]["preset"] == "draft");
-  CHECK_SAYS(judge().out, "by the preset draft", "the goal is ");
+  CHECK_THAT(judge().out,
+             ContainsSubstring("by the preset draft, ") && !ContainsSubstring("the goal is"));
+  CHECK_FALSE(report_of(desk, "out/quality.json")["goal"].contains("kept"));
   render({"--psnr", "20", "--set", "hologram.wavelength=['638 nm', '520 nm', '450 nm']"});
   CHECK_SAYS(judge().out, "the longest wavelength alone", "the goal is reached");
   CHECK(report_of(desk, "out/quality.json")["goal"]["measured_psnr_db"].get<double>() ==

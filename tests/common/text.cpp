@@ -32,4 +32,10 @@ TEST_CASE("rounding noise and negative zero are told as 0, and what a user gave 
   CHECK(length_text(1e-13) == "1e-13 m");
 }
 
+TEST_CASE("words of a command line are in quotes where a shell needs them") {
+  CHECK(shell_word("out/a_b-1.toml") == "out/a_b-1.toml");
+  CHECK(shell_word("my pot (1).ply") == "'my pot (1).ply'");
+  CHECK(shell_word("it's") == R"('it'\''s')");
+}
+
 }  // namespace raywave

@@ -62,4 +62,15 @@ TEST_CASE("view without a desktop says what can be done") {
   CHECK_SAYS(desk.run({"view", desk.file("scene.toml"), "--record", "x"}).err, "needs -o");
 }
 
+TEST_CASE("pictures of a script name what is new to say, with other numbers once") {
+  const test::Desk desk;
+  desk.folder().write("steps.toml", "[[step]]\n[[step]]\nmove = [\"50 mm\", 0, 0]\nrepeat = 2\n");
+  const auto err = desk.run({"view", desk.file("scene.toml"), "--record", desk.file("steps.toml"),
+                             "-o", desk.file("out")})
+                       .err;
+  CHECK_SAYS(err, "view_00000.png: sampling.pitch", "view_00001.png: the hologram is dark: no ray");
+  CHECK_SAYS(err, "view_00001.png: the scene begins 49.9 mm beside");
+  CHECK(err.find("view_00002.png") == err.npos);
+}
+
 }  // namespace raywave
