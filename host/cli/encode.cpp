@@ -118,7 +118,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
     told["pictures"] = pictures;
     told["report"] = std::move(of_laser);
   }
-  const auto text = out.finish(report);
+  const auto text = out.finish(report, options.report);
   if (options.report.prints_text()) {
     const auto& first = lasers[0];
     std::printf("%d x %d pixels, %d %s%s, by %s\n", first.field.nx, first.field.ny,

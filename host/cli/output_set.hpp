@@ -11,6 +11,8 @@
 
 namespace raywave::cli {
 
+struct ReportOptions;
+
 /// The files that one run writes into a folder, which no other run writes into meanwhile. The
 /// report comes last and names a digest of each: it tells whole sets from mixed ones.
 class OutputSet {
@@ -21,12 +23,15 @@ public:
   const std::filesystem::path& folder() const { return folder_; }
   /// Notes a file that was written into the folder.
   void add(std::string name) { names_.push_back(std::move(name)); }
-  /// Writes report.json with `files`: name and digest of each. Returns its text.
-  std::string finish(Json report);
+  /// Writes report.json with `files`: name and digest of each. Then removes the holograms of the
+  /// report before that this set replaces, and says so. Returns its text.
+  std::string finish(Json report, const ReportOptions& says);
   /// Prints the files, a line each.
   void print() const;
 
 private:
+  std::string remove_replaced(const Json& before) const;
+
   HeldFolder held_;
   std::filesystem::path folder_;
   std::vector<std::string> names_;

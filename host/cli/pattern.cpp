@@ -111,7 +111,7 @@ void run_pattern(const PatternArguments& options) {
   if (spec.pattern == Pattern::lens) report["pattern"]["focal_m"] = spec.focal_m;
   if (spec.pattern == Pattern::blaze) report["pattern"]["slope"] = blaze_slope(spec, hologram);
   for (const auto& name : pictures) out.add(name);
-  const auto text = out.finish(std::move(report));
+  const auto text = out.finish(std::move(report), options.report);
   if (options.report.prints_text()) {
     std::printf("%s shows %s\n", name_of(spec.pattern), seen.c_str());
     out.print();

@@ -50,7 +50,7 @@ void ProgressBar::show(const std::string& what, double share) {
 void say_time(ProgressBar& bar, double seconds, const std::string& what, const std::string& advice,
               double long_s) {
   if (seconds > long_s)
-    bar.say(what + " will take about " + duration_text(seconds) + "; " + advice);
+    bar.say(what + " will take about " + duration_text(two_digits(seconds)) + "; " + advice);
 }
 
 PlanNotes notes_of_render(ProgressBar& bar, const cl::DeviceInfo& device, std::size_t lasers,

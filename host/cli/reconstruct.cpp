@@ -177,6 +177,20 @@ void note_place(const ReconstructArguments& options, const Json& report, glm::dv
                       text(middle_mm.x) + "," + text(middle_mm.y) + " shows their middle");
 }
 
+/// Says which files the report beside them, which tells their pixels, does not list.
+void note_unlisted(const ReconstructArguments& options) {
+  for (const std::filesystem::path file : options.hologram.files) {
+    std::ifstream in(file.parent_path() / "report.json");
+    const auto report = Json::parse(in, nullptr, false);
+    const auto listed = report.find("files");
+    if (extension_of(file) != ".json" && listed != report.end() &&
+        !listed->contains(file.filename().string()))
+      options.report.note(one_line(file.string()) +
+                          ": is not in the list of the report.json beside it: it may be of another "
+                          "run; leave it out, or run that again");
+  }
+}
+
 void run_reconstruct(const ReconstructArguments& options) {
   const LaserHolograms given(options.hologram, options.field);
   if (options.field && !given.lasers)
@@ -217,6 +231,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   for (const double z_m : depths_m)
     blur_px(options, viewer, specs[0].pitch_m.x, z_m);  // or refuses
 
+  note_unlisted(options);
   const auto report = report_beside(options.hologram.files.at(0));
   const auto hologram_m = glm::dvec2(specs[0].resolution) * specs[0].pitch_m;
   const auto place = scene_place(report);

@@ -397,7 +397,7 @@ void run_refine(const RefineArguments& options) {
   }
   for (const auto& name : pictures) out.add(name);
   if (is_field) work.report["pictures"] = pictures;
-  const auto report = out.finish(std::move(work.report));
+  const auto report = out.finish(std::move(work.report), options.report);
 
   if (options.report.prints_text()) {
     for (std::size_t i = 0; i < work.tasks.size(); ++i) {

@@ -196,7 +196,7 @@ void run_render(const RenderArguments& options) {
   auto report = report_json(scenes, result, files, device.info(), how.fft);
   if (check) report["goal"] = json_of(*check);
   report["set"] = options.scene.set;
-  const auto text = out.finish(std::move(report));
+  const auto text = out.finish(std::move(report), options.report);
 
   if (options.report.prints_text()) {
     for (std::size_t i = 0; i < scenes.size(); ++i) {

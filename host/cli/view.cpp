@@ -291,7 +291,7 @@ void record(const ViewArguments& options, LiveScene& scene) {
                         {"picture_s", picture.picture_s},
                         {"notes", scene.notes()}});
   }
-  const auto text = out.finish(Json{{"pictures", std::move(pictures)}});
+  const auto text = out.finish(Json{{"pictures", std::move(pictures)}}, options.report);
   if (options.report.prints_text()) out.print();
   options.report.write(text);
 }

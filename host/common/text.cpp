@@ -77,6 +77,11 @@ std::string number_text(double value) {
   return {digits.data(), end};
 }
 
+double two_digits(double value) {
+  const double unit = std::pow(10, std::floor(std::log10(value)) - 1);
+  return std::round(value / unit) * unit;
+}
+
 std::string percent_text(double share) {
   return number_text(share < 0.01  ? std::round(share * 1e4) / 100
                      : share < 0.1 ? std::round(share * 1e3) / 10
@@ -114,9 +119,11 @@ std::string laser_name(double wavelength_m) {
 }
 
 std::string duration_text(double seconds) {
-  constexpr double minutes_from = 120, hours_from = 7200;
+  constexpr double minutes_from = 120, whole_minutes_from = 600, hours_from = 7200;
+  if (seconds > 0 && seconds < 1e-3) return number_text(std::round(seconds * 1e7) / 10) + " us";
   if (seconds < 1) return number_text(std::round(seconds * 1e4) / 10) + " ms";
   if (seconds < minutes_from) return number_text(std::round(seconds * 100) / 100) + " s";
+  if (seconds < whole_minutes_from) return number_text(std::round(seconds / 6) / 10) + " minutes";
   if (seconds < hours_from) return number_text(std::round(seconds / 60)) + " minutes";
   return number_text(std::round(seconds / 360) / 10) + " hours";
 }

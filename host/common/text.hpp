@@ -38,6 +38,9 @@ std::string extension_of(const std::filesystem::path& file);
 /// The number with up to 6 digits: "0.5", "1e+06".
 std::string number_text(double value);
 
+/// The number, > 0, rounded to two digits: 38 of 37.98.
+double two_digits(double value);
+
 /// A share as people say it: "0.83 %", "1.6 %", "24 %".
 std::string percent_text(double share);
 
@@ -54,7 +57,7 @@ std::string millimetres(double length_m, int digits = 6);
 /// "638nm": a laser's wavelength in the names of its files.
 std::string laser_name(double wavelength_m);
 
-/// "12.5 ms", "3.2 s" or "5 minutes", with two or three digits.
+/// "1 us", "12.5 ms", "3.2 s" or "2.5 minutes", with two or three digits.
 std::string duration_text(double seconds);
 
 // Text as std::printf and streams make it, whatever locale the program has set.

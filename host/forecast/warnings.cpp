@@ -254,6 +254,15 @@ void Warnings::of_light() {
     warn(percent_text(beyond) +
          " of the scene's light is seen in mirrors and glass behind the hologram or far away, and "
          "is shown out of focus: flatter mirrors and thinner glass keep it near the scene");
+  const auto glows = [](const Material& m) { return m.emission != glm::dvec3(0); };
+  const auto shines = [](const raywave::Light& one) { return one.type != LightType::ambient; };
+  // Rims face lights from behind, too; pictures on surfaces need no more than ambient light
+  if (view.lights_faced < least_loss * view.covered && view.specular == 0 &&
+      plan.lighting.diffuse_rays == 0 && !plan.lighting.any_material(glows) &&
+      (plan.lighting.textures == 0 || std::ranges::any_of(scene.lights, shines)))
+    warn(
+        "hardly anything that the hologram sees faces a light, and ambient light alone shows flat "
+        "shapes: change light.direction, light.position or light.intensity");
   for (const auto& warning : image_warnings(plan)) warn(warning);
   for (const auto& warning : cut_warnings(scene, world, plan)) warn(warning);
   for (const auto& warning : carrier_warnings(plan)) warn(warning);

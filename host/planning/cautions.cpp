@@ -74,10 +74,6 @@ std::vector<std::string> cut_warnings(const Scene& scene, const World& world, co
 std::vector<std::string> thin_object_warnings(const Scene& scene, const World& world,
                                               const Plan& plan) {
   if (!plan.samples.aimed || world.area_samples.size() != scene.objects.size()) return {};
-  const auto two_digits = [](double length_m) {
-    const double unit = std::pow(10, std::floor(std::log10(length_m)) - 1);
-    return length_text(std::round(length_m / unit) * unit);
-  };
   std::size_t count = 0;
   std::string first;
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
@@ -100,9 +96,9 @@ std::vector<std::string> thin_object_warnings(const Scene& scene, const World& w
     if (world.object_closed[i]) area /= 2;  // a ray meets front and back
     const double thinness = area / glm::length(high - low);
     if (!(thinness > 0 && thinness < plan.lattice.step) || count++ > 0) continue;
-    first = scene.objects[i].where + ": about " + two_digits(thinness * z_m) +
+    first = scene.objects[i].where + ": about " + length_text(two_digits(thinness * z_m)) +
             " thin as seen from the hologram, where rays are " +
-            two_digits(plan.lattice.step * z_m) + " apart";
+            length_text(two_digits(plan.lattice.step * z_m)) + " apart";
   }
   if (count == 0) return {};
   return {first + (count > 1 ? " (and " + std::to_string(count - 1) + " more)" : "") +

@@ -102,7 +102,7 @@ constexpr const char* bare_unit =
 /// Whether a number with a unit stands outside of quotes.
 bool has_bare_unit(std::string_view line) {
   static const std::regex quoted("\"[^\"]*\"|'[^']*'|#.*"),
-      unit("[0-9.] *(nm|um|\u00b5m|\u03bcm|mm|cm|m|km|us|ms|s)\\s*(,|\\]|#|$)");
+      unit("[0-9.] *(nm|um|\u00b5m|\u03bcm|mm|cm|m|km|us|ms|s|min|h)\\s*(,|\\]|#|$)");
   constexpr std::size_t most = 400;  // regular expressions take stack for each letter
   const std::string read(line.substr(0, most));
   return std::regex_search(std::regex_replace(read, quoted, ""), unit);

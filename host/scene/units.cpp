@@ -52,8 +52,8 @@ std::optional<double> in_base_unit(std::string_view given, std::span<const Unit>
 constexpr Unit length_units[] = {{"", 1},      {"km", 1e3},       {"m", 1},
                                  {"cm", 1e-2}, {"mm", 1e-3},      {"um", 1e-6},
                                  {"nm", 1e-9}, {"\u00b5m", 1e-6}, {"\u03bcm", 1e-6}};
-constexpr Unit time_units[] = {{"", 1},      {"s", 1},          {"ms", 1e-3},
-                               {"us", 1e-6}, {"\u00b5s", 1e-6}, {"\u03bcs", 1e-6}};
+constexpr Unit time_units[] = {{"", 1},           {"s", 1},          {"ms", 1e-3}, {"us", 1e-6},
+                               {"\u00b5s", 1e-6}, {"\u03bcs", 1e-6}, {"min", 60},  {"h", 3600}};
 
 /// Refuses numbers other than 0 that have no unit.
 void require_unit(std::string_view text, std::string_view what, const char* example) {
@@ -68,7 +68,7 @@ void require_unit(std::string_view text, std::string_view what, const char* exam
 }
 
 [[noreturn]] void fail_time(std::string_view text, std::string_view what) {
-  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s)");
+  fail(text, what, "a time such as \"30 ms\" (units: us, ms, s, min, h)");
 }
 
 }  // namespace

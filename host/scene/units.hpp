@@ -29,7 +29,7 @@ double given_length_m(std::string_view text, std::string_view what);
 /// "1.5 D" as 1.5; empty for what is no number of dioptres.
 std::optional<double> dioptres_in(std::string_view text);
 
-/// Seconds from "30 ms", "2s" ...: us, ms, s; >= 0, and "0" needs no unit.
+/// Seconds from "30 ms", "2s" ...: us, ms, s, min, h; >= 0, and "0" needs no unit.
 /// throws  InputError naming `what` when the text is no such time
 double given_moment_s(std::string_view text, std::string_view what);
 

@@ -108,6 +108,24 @@ TEST_CASE("pipes in place of cached files are taken for missing ones") {
   CHECK(outcome.code == 0);
 }
 
+TEST_CASE("holograms of the run before do not stay beside new ones, but all else does") {
+  const Desk desk;
+  REQUIRE(desk.render({"--quiet", "--set", "sampling.frames=3"}).code == 0);
+  desk.folder().write("out/hologram_3.png", "changed");
+  desk.folder().write("out/hologram_4.png", bytes_of(desk.out("hologram_2.png")));
+  const auto outcome = desk.render({"--no-field"});
+  REQUIRE(outcome.code == 0);
+  CHECK_SAYS(outcome.err, "had written: hologram_2.png\n");
+  CHECK(!fs::exists(desk.out("hologram_2.png")));
+  for (const char* name : {"hologram.png", "hologram_3.png", "hologram_4.png", "field.npy"})
+    CHECK(fs::exists(desk.out(name)));
+  const auto looked = desk.run({"reconstruct", desk.out("hologram.png"), desk.out("hologram_4.png"),
+                                "-z", "10mm", "-o", desk.file("seen")});
+  CHECK(looked.code == 0);
+  CHECK_SAYS(looked.err, "hologram_4.png: is not in the list");
+  CHECK_THAT(looked.err, !Catch::Matchers::ContainsSubstring("hologram.png: is not"));
+}
+
 TEST_CASE("report.json tells the pictures of its run from others") {
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);

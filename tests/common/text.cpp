@@ -22,6 +22,14 @@ TEST_CASE("numbers in texts are those of C, whatever locale the program has set"
   CHECK(texts() == before);
 }
 
+TEST_CASE("durations have few digits, in the unit that suits them") {
+  CHECK(duration_text(1e-6) == "1 us");
+  CHECK(duration_text(0.0125) == "12.5 ms");
+  CHECK(duration_text(150) == "2.5 minutes");
+  CHECK(duration_text(630) == "11 minutes");
+  CHECK(duration_text(two_digits(37.98)) == "38 s");
+}
+
 TEST_CASE("rounding noise and negative zero are told as 0, and what a user gave is told as given") {
   CHECK(millimetres(-0.0) == "0 mm");
   CHECK(millimetres(1.388e-17) == "0 mm");

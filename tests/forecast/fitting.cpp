@@ -124,6 +124,9 @@ TEST_CASE("warnings name settings that the user may not have meant", "[slow]") {
   CHECK(warns(magnified, "sampling.pitch 100 um shows single dots: the viewer makes out 4"));
   CHECK(warns(with({"sampling.pitch=5 um"}), "finer than what the hologram resolves"));
   CHECK(warns(with({"sampling.mode=fan"}), "alias"));
+  CHECK(warns(with({"light.0.intensity=0"}), "faces a light"));
+  CHECK(warns(with({"light.0.direction=[0, 0, -1]"}), "faces a light"));
+  CHECK_FALSE(warns(with({}), "faces a light"));
   CHECK(warns(with({"materials.china.reflectivity=0.2", "trace.depth=0"}), "trace.depth is 0"));
   CHECK_FALSE(warns(with({}), "replicas"));
   CHECK(warns(with({"object.0.width=20 mm", "wrp.grid=auto"}), "replicas"));

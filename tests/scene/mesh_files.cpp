@@ -174,7 +174,7 @@ TEST_CASE("numbers of an OBJ are read as they are written") {
     CHECK_SAYS(refusal(folder.write("a.obj", three + bad + face)), ": line 4: ");
   for (const char* bad : {"f 1 2 4\n", "f 0 1 2\n", "f 1 2 -4\n", "f 1/1/1/1 2 3\n", "f 1 2 x\n"})
     CHECK_SAYS(refusal(folder.write("a.obj", three + bad)),
-               bad[4] == '2' && bad[6] == '4' ? "names a vertex" : ": line 4: ");
+               bad[4] == '2' && bad[6] == '4' ? "number 4, counted from 1, of 3" : ": line 4: ");
 
   const auto colours = [&](const std::string& of) {
     return load(

@@ -180,6 +180,7 @@ TEST_CASE("what is typed on the command line has a unit, and the line that asks 
   for (const char* text : {"8um", "8 \u00b5m", "8 \u03bcm"})
     CHECK(given_length_m(text, "-z") == given_length_m("8 um", "-z"));
   CHECK(given_duration_s("30 ms", "--budget") == 0.03);
+  CHECK(given_duration_s("3min", "--budget") == 180);
   CHECK(given_moment_s("0 s", "at") == 0);
   CHECK(input_error_of([] { given_length_m("95", "-z"); }) ==
         "-z \"95\": a unit is needed, as in 95mm");
@@ -187,9 +188,9 @@ TEST_CASE("what is typed on the command line has a unit, and the line that asks 
         "--budget \"50\": a unit is needed, as in 50ms");
   CHECK(input_error_of([] { given_length_m("far", "-z"); }) ==
         "-z must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km), got \"far\"");
-  for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 h"})
+  for (const char* text : {"", "soon", "nan", "-1 s", "0 s", "1 m"})
     CHECK(input_error_of([&] { given_duration_s(text, "--budget"); }) ==
-          "--budget must be a time such as \"30 ms\" (units: us, ms, s), got \"" +
+          "--budget must be a time such as \"30 ms\" (units: us, ms, s, min, h), got \"" +
               std::string(text) + "\"");
 }
 

@@ -59,7 +59,8 @@ void MeshBuilder::add_face(std::span<const std::uint32_t> corners, std::int32_t 
   for (const auto corner : corners)
     if (corner >= mesh.positions.size())
       throw InputError(where() + ": a face names a vertex that is not there: number " +
-                       std::to_string(corner) + ", counted from 0, of " +
+                       std::to_string(corner + std::size_t{counted_from}) + ", counted from " +
+                       std::to_string(counted_from) + ", of " +
                        std::to_string(mesh.positions.size()));
   if (mesh.triangles.size() + corners.size() > most_triangles_of_file + 2)
     throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");

@@ -40,6 +40,7 @@ public:
 
   Mesh mesh;
   Notes notes;
+  std::uint32_t counted_from = 0;  // vertices, in the file
 
   /// Returns the vertex's number. `normal` may have any length.
   ///

@@ -30,7 +30,9 @@ struct Face {
 class ObjReader {
 public:
   ObjReader(const std::filesystem::path& file, std::string_view text)
-      : file_(file), lines_(text, "", true) {}
+      : file_(file), lines_(text, "", true) {
+    builder_.counted_from = 1;
+  }
 
   Mesh read() {
     while (lines_.next_line()) {
@@ -115,7 +117,9 @@ private:
       throw InputError(lines_.where() + ": \"" + std::string(word.substr(0, 40)) +
                        "\" is no number of a vertex");
     const double index = number > 0 ? number - 1 : static_cast<double>(count) + number;
-    if (index < 0) throw InputError(lines_.where() + ": a face names a vertex before the first");
+    if (index < 0)
+      throw InputError(lines_.where() + ": a face names " + std::string(word.substr(0, 40)) +
+                       ", a vertex before the first");
     return static_cast<std::uint32_t>(index);
   }
 
