@@ -84,12 +84,11 @@ std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double whit
   const auto light = interleaved(channels);
   std::vector<std::uint8_t> pixels(light.size());
   if (!(white > 0)) return pixels;
-  cl::Threads::shared().for_ranges(
-      pixels.size(), [&](std::size_t, std::size_t first, std::size_t last) {
-        for (std::size_t i = first; i < last; ++i)
-          pixels[i] =
-              static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{light[i]} / white)));
-      });
+  cl::Threads::shared().for_ranges(pixels.size(), [&](std::size_t, std::size_t first,
+                                                      std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      pixels[i] = static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{light[i]} / white)));
+  });
   return pixels;
 }
 
