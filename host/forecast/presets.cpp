@@ -381,7 +381,7 @@ private:
           quality_window(candidates_->plan(), candidates_->view(), blur_m).centred_size_m();
   }
 
-  /// Choices that the panel shows. best: becomes the most accurate of those of more time, too, where
+  /// Choices that the panel shows. best: becomes the most accurate of those of more time, too, if
   /// that is better
   std::vector<Choice> choices_of(Candidates& candidates, Choice& best) const {
     auto all = with_frames(candidates.choices(largest_cone_error(goal_)), shown_of_all_);
@@ -403,8 +403,8 @@ private:
            !scene_.refine && may_refine(scene_);
   }
 
-  /// Refines where that is better. Views through parts of the hologram take time, and gain 2 to 3 dB
-  /// there: without them where whole pictures gain more in the time that there is.
+  /// Refines where that is better. Views through parts of the hologram take time, and gain 2 to
+  /// 3 dB there: without them where whole pictures gain more in the time that there is.
   ///
   /// returns  why it is refined
   std::string try_refinement() {

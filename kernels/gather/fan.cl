@@ -34,8 +34,8 @@ static inline void add_hits(const TracePlane* plane, const Surface* surface, flo
                             floatv length, floatv turns, intv hit, floatv* re, floatv* im) {
   // A pixel receives from what touches it the mean of 1 / r over a disc of its own width.
   const float nearest = 0.25f * fmin(plane->pitch_x, plane->pitch_y);
-  // The offset keeps cell limits off z = 0, the scene's middle, where a flat surface would alternate
-  // between two cells.
+  // The offset keeps cell limits off z = 0, the scene's middle: a flat surface there would
+  // alternate between two cells.
   const uintv key =
       cell_key(whole(surface->x * plane->sampling_rate), whole(surface->y * plane->sampling_rate),
                whole(surface->z * plane->sampling_rate + 0.31f));
