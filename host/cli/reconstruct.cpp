@@ -98,11 +98,16 @@ void note_shift(const ReconstructArguments& options, const HologramOptions& holo
         "bench");
 }
 
+/// Discarded where there is none.
+Json json_beside(const std::filesystem::path& file) {
+  std::ifstream in(file.parent_path() / "report.json");
+  return Json::parse(in, nullptr, false);
+}
+
 /// The report beside a hologram; of several lasers, that of the first. Empty where there is none,
 /// or objects move.
 Json report_beside(const std::filesystem::path& file) {
-  std::ifstream in(file.parent_path() / "report.json");
-  auto report = Json::parse(in, nullptr, false);
+  auto report = json_beside(file);
   if (!report.is_object() || report.contains("animation")) return {};
   const auto first = "/colour/lasers/0/report"_json_pointer;
   return report.contains(first) ? report.at(first) : report;
@@ -132,7 +137,16 @@ std::optional<ScenePlace> scene_place(const Json& report) {
   } catch (const nlohmann::json::exception&) {
     return {};
   }
+  if (!(place.near_m <= place.far_m)) return {};
   return place;
+}
+
+/// -z where none is given: the scene's middle.
+std::string depth_of(const std::optional<ScenePlace>& place) {
+  if (!place)
+    throw InputError(
+        "-z is required: no report.json beside the hologram tells where its scene lies");
+  return format("%.4gmm", 500 * (place->near_m + place->far_m));
 }
 
 /// A window around the axis that holds all surfaces, with some room, as --window takes it; empty
@@ -180,8 +194,7 @@ void note_place(const ReconstructArguments& options, const Json& report, glm::dv
 /// Says which files the report beside them, which tells their pixels, does not list.
 void note_unlisted(const ReconstructArguments& options) {
   for (const std::filesystem::path file : options.hologram.files) {
-    std::ifstream in(file.parent_path() / "report.json");
-    const auto report = Json::parse(in, nullptr, false);
+    const auto report = json_beside(file);
     const auto listed = report.find("files");
     if (extension_of(file) != ".json" && listed != report.end() &&
         !listed->contains(file.filename().string()))
@@ -203,7 +216,11 @@ void run_reconstruct(const ReconstructArguments& options) {
   options.view.check_percentile();
   note_shift(options, given.each[0]);
   const auto viewer = options.viewer(given.each[0]);
-  const auto depths_m = options.depths.depths_m([&] { return viewer; });
+  const auto told = report_beside(options.hologram.files.at(0));
+  const auto place = scene_place(told);
+  auto depths = options.depths;
+  if (depths.z.empty()) depths.z.push_back(depth_of(place));
+  const auto depths_m = depths.depths_m([&] { return viewer; });
 
   std::vector<FieldStack> holograms;
   std::vector<HologramSpec> specs;
@@ -232,10 +249,8 @@ void run_reconstruct(const ReconstructArguments& options) {
     blur_px(options, viewer, specs[0].pitch_m.x, z_m);  // or refuses
 
   note_unlisted(options);
-  const auto report = report_beside(options.hologram.files.at(0));
   const auto hologram_m = glm::dvec2(specs[0].resolution) * specs[0].pitch_m;
-  const auto place = scene_place(report);
-  note_place(options, report, what.window_m.value_or(hologram_m));
+  note_place(options, told, what.window_m.value_or(hologram_m));
   const cl::Device device(options.device.info());
   const auto backend = options.device.backend(device.info());
   auto pictures = Json::array();
@@ -254,7 +269,7 @@ void run_reconstruct(const ReconstructArguments& options) {
     what.pupil = pupils[number];
     if (what.pupil) what.pupil->centre_m -= what.pupil->a * part_m;
     const auto name =
-        name_at_depth(stem, options.depths.z[depth], z_m) + name_of_pupil(number, pupils.size());
+        name_at_depth(stem, depths.z[depth], z_m) + name_of_pupil(number, pupils.size());
     std::vector<Image> light;
     {
       ProgressBar bar(options.report.quiet);
@@ -300,7 +315,7 @@ void add_reconstruct(CLI::App& app) {
                            "frames), or field.npy");
   flag(*command, "--field", options->field, group::pictures,
        "Of a report of several lasers: show their fields, which no SLM shows");
-  options->depths.add_to(*command, "", "the hologram's");
+  options->depths.add_to(*command, "the middle of the scene in report.json", "the hologram's");
   option(*command, "--centre", options->centre, "X,Y", group::pictures,
          "Middle of the pictures, as object.position: 0mm,14mm; the axis when not given");
   option(*command, "--eyepiece", options->eyepiece, "LENGTH[,LENGTH]", group::pictures,

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <functional>
 #include <limits>
 #include <numbers>
 #include <utility>
@@ -129,42 +128,6 @@ std::string why_so_many_layers(const std::vector<Choice>& all, const Choice& cho
     text +=
         (text.empty() ? "" : ", ") + std::to_string(layers) + " takes " + duration_text(seconds);
   return "layers of depth: predicted " + text;
-}
-
-/// Takes the values of the choice that the goal selects over into the planned scene, and warns
-/// where no choice reaches the goal.
-///
-/// returns  why the scene has so many layers; empty where only one number was tried
-///
-/// lasers  that share the goal's time
-/// grid    of the WRPs
-/// refine  makes the scene one that is refined
-std::string choose(const std::vector<Choice>& all, const Goal& goal, std::size_t lasers,
-                   glm::ivec2 grid, const std::function<void()>& refine, Planned& planned) {
-  const auto& c = chosen(all, goal);
-  const auto why_layers = why_so_many_layers(all, c);
-  auto& s = planned.scene;
-  s.sampling.pitch_m = c.pitch_m;
-  s.sampling.frames = c.frames;
-  s.wrp.layers = c.layers;
-  if (c.iterations > 0) {
-    refine();
-    s.refine.value().iterations = c.iterations;
-  }
-  if (c.propagation == WrpPropagation::spectrum) {
-    s.wrp.padding = c.padding;
-    s.sampling.cone = c.cone.half_width;
-    s.sampling.apodization = c.cone.apodization;
-  }
-  if (goal.budget_s && c.seconds > *goal.budget_s)
-    planned.warnings.push_back(
-        "nothing keeps " + duration_text(*goal.budget_s * static_cast<double>(lasers)) +
-        ": the fastest takes " + duration_text(c.seconds * static_cast<double>(lasers)) +
-        (planned.scene.given.contains("sampling.pitch")
-             ? "; --set sampling.pitch=auto lets the goal choose the given sampling.pitch, too"
-         : grid == glm::ivec2(1) ? "; a smaller hologram.resolution needs less"
-                                 : "; a smaller hologram.resolution or wrp.grid needs less"));
-  return why_layers;
 }
 
 /// What lessens the largest part of the error.
@@ -361,12 +324,16 @@ public:
       refine();
       candidates_.emplace(scene_, world_, device_);
     }
-    all_ = choices_of(*candidates_, best_);
+    all_ = choices_of(*candidates_);
     Whys whys;
     if (may_gain_by_refinement()) whys.refined = try_refinement();
-    whys.layers = choose(
-        all_, goal_, lasers, candidates_->plan().grid, [&] { refine(); }, planned_);
-    if (goal_.budget_s) whys.lost = why_less(goal_, best_, chosen(all_, goal_), lasers);
+    const auto& choice = chosen(all_, goal_);
+    whys.layers = why_so_many_layers(all_, choice);
+    take(choice);
+    if (goal_.budget_s) {
+      warn_of_budget(choice, lasers);
+      whys.lost = why_less(goal_, best_, choice, lasers);
+    }
     return whys;
   }
 
@@ -381,11 +348,38 @@ private:
           quality_window(candidates_->plan(), candidates_->view(), blur_m).centred_size_m();
   }
 
-  /// Choices that the panel shows. best: becomes the most accurate of those of more time, too, if
-  /// that is better
-  std::vector<Choice> choices_of(Candidates& candidates, Choice& best) const {
+  /// Takes the values of a choice over into the planned scene.
+  void take(const Choice& choice) {
+    scene_.sampling.pitch_m = choice.pitch_m;
+    scene_.sampling.frames = choice.frames;
+    scene_.wrp.layers = choice.layers;
+    if (choice.iterations > 0) {
+      refine();
+      scene_.refine.value().iterations = choice.iterations;
+    }
+    if (choice.propagation == WrpPropagation::spectrum) {
+      scene_.wrp.padding = choice.padding;
+      scene_.sampling.cone = choice.cone.half_width;
+      scene_.sampling.apodization = choice.cone.apodization;
+    }
+  }
+
+  void warn_of_budget(const Choice& choice, std::size_t lasers) {
+    if (choice.seconds <= *goal_.budget_s) return;
+    planned_.warnings.push_back(
+        "nothing keeps " + duration_text(*goal_.budget_s * static_cast<double>(lasers)) +
+        ": the fastest takes " + duration_text(choice.seconds * static_cast<double>(lasers)) +
+        (scene_.given.contains("sampling.pitch")
+             ? "; --set sampling.pitch=auto lets the goal choose the given sampling.pitch, too"
+         : candidates_->plan().grid == glm::ivec2(1)
+             ? "; a smaller hologram.resolution needs less"
+             : "; a smaller hologram.resolution or wrp.grid needs less"));
+  }
+
+  /// Choices that the panel shows in the goal's time; best_ knows those of more time, too.
+  std::vector<Choice> choices_of(Candidates& candidates) {
     auto all = with_frames(candidates.choices(largest_cone_error(goal_)), shown_of_all_);
-    if (const auto& most = most_accurate(all); most.psnr_db > best.psnr_db) best = most;
+    if (const auto& most = most_accurate(all); most.psnr_db > best_.psnr_db) best_ = most;
     return with_frames(std::move(all), shown_);
   }
 
@@ -417,7 +411,7 @@ private:
       refine();
       if (!has_views) scene_.refine->views = 0;
       Candidates refined(scene_, world_, device_);
-      auto all_refined = choices_of(refined, best_);
+      auto all_refined = choices_of(refined);
       const auto with = chosen(all_refined, goal_);
       const bool is_better =
           is_reached()    ? is_sure(with, *goal_.psnr_db) && with.seconds < so_far.seconds
@@ -450,8 +444,8 @@ private:
   std::optional<Candidates>& candidates_;
   Planned& planned_;
   Scene& scene_;
-  double shown_,
-      shown_of_all_;  // frames that the panel shows of a picture: in the goal's time, in any
+  // Frames of a picture that the panel shows: in the goal's time, in any
+  double shown_, shown_of_all_;
   std::vector<Choice> all_;
   Choice best_{.psnr_db = -std::numeric_limits<double>::infinity()};  // of all choices
   Choice unrefined_;

@@ -108,6 +108,13 @@ TEST_CASE("a picture beyond the hologram's size, or where nothing of the scene l
   CHECK_SAYS(told({"-z", "30mm"}),
              "nothing of the scene is sharp at 30 mm: it lies 10 mm to 10 mm");
   CHECK(told({"-z", "10.5mm"}).find("is sharp at") == std::string::npos);
+  // Without -z the scene's middle is shown
+  const auto look = [&](const std::string& file) {
+    return desk.run({"reconstruct", file, "-o", desk.file("seen")});
+  };
+  CHECK_SAYS(look(desk.out("report.json").string()).out, "reconstruction_10mm.png");
+  desk.folder().write("alone.png", bytes_of(desk.out("hologram.png")));
+  check_refused(look(desk.file("alone.png")), 2, "-z is required");
   CHECK_FALSE(said({"--window", "0.1mmx0.1mm"}));
   REQUIRE(desk.render({"--quiet", "--set", "object.0.width=40 um"}).code == 0);
   CHECK_FALSE(said({}));
