@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <mutex>
+#include <type_traits>
 
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"

@@ -11,6 +11,7 @@
 // over columns read and write a tile from beginning to end. Sources wait until `collect`, or until
 // they fill the memory of two padded planes; their sum is then kept by rows.
 #include <cmath>
+#include <type_traits>
 
 #include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"

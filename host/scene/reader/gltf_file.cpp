@@ -10,6 +10,7 @@
 #include <fstream>
 #include <limits>
 #include <set>
+#include <type_traits>
 
 #include "host/common/error.hpp"
 #include "host/common/uri.hpp"
