@@ -96,6 +96,7 @@ Json json_of(const Prediction& prediction) {
     const auto& eye = *prediction.eye;
     j["eye"] = {{"pupil_m", eye.pupil.diameter_m},
                 {"eyebox_m", json_of(eye.eyebox_m)},
+                {"lit_m", json_of(eye.lit_m)},
                 {"acuity", eye.acuity},
                 {"sharp_dioptres",
                  {{"by_acuity", eye.sharp_by_acuity}, {"by_quarter_wave", eye.sharp_by_wave}}}};

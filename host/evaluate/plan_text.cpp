@@ -165,9 +165,9 @@ void add_eye(const Scene& scene, const EyeView& eye, Rows& out) {
       << " D (of acuity " << number(eye.sharp_by_acuity) << ", of a quarter wave "
       << number(eye.sharp_by_wave) << ")";
   if (scene.viewer.eyepiece_m)
-    out << "; eyebox " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y)
-        << ", undiffracted light around (" << mm(eye.zero_order_m.x) << ", "
-        << mm(eye.zero_order_m.y) << "), the hologram itself at "
+    out << "; eyebox " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y) << ", of it lit "
+        << mm(eye.lit_m.x) << " x " << mm(eye.lit_m.y) << ", undiffracted light around ("
+        << mm(eye.zero_order_m.x) << ", " << mm(eye.zero_order_m.y) << "), the hologram itself at "
         << number(dioptres_of_depth(scene.viewer, 0)) << " D";
   else
     out << "; the SLM's orders lie " << mm(eye.eyebox_m.x) << " x " << mm(eye.eyebox_m.y)
@@ -300,6 +300,7 @@ void add_time(const Prediction& prediction, Rows& out) {
       << prediction.rates_of
       << (prediction.are_rates_measured ? "" : "; raywave tune measures this device")
       << ")\nfirst     the first picture takes "
+      << (prediction.kernels_s.value_or(0) > 0 ? "up to " : "")
       << seconds(prediction.meshes_and_trees_s + prediction.kernels_s.value_or(0))
       << " more for meshes, trees and kernels"
       << (!prediction.kernels_s ? "; those that the device has not compiled yet take seconds, "

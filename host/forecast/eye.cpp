@@ -56,6 +56,7 @@ EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view) {
   EyeView eye;
   eye.pupil = pupils[0];
   eye.eyebox_m = pupils[0].eyebox_m(scene.hologram);
+  eye.lit_m = 2.0 * plan.hologram.largest_sine * std::abs(eye.pupil.b_m);
   eye.zero_order_m =
       -(carrier_of(plan.slm, plan.hologram.pitch_m, lambda) + own_carrier_of(plan.slm.encoding)) *
           lambda / plan.hologram.pitch_m * pupils[0].b_m +

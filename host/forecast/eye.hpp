@@ -26,6 +26,7 @@ struct EyePlace {
 
 struct EyeView {
   glm::dvec2 eyebox_m{0, 0};      // of the SLM's own order; its replicas lie around it
+  glm::dvec2 lit_m{0, 0};         // of the eyebox, about its middle: where the plan sends light
   glm::dvec2 zero_order_m{0, 0};  // where undiffracted light meets the pupil's plane
   double acuity = 0;  // angle that the eye makes out: 1 arc minute, or 1.22 lambda / pupil
   // Half the range of dioptres around the one in focus that is sharp: where points blur over the

@@ -93,8 +93,10 @@ void remember_kernels(const Plan& plan, const DeviceFigures& device,
   const double compile_s = device.is_processor ? of_kernels(processor_s) : of_kernels(wall_s);
   if (number_in_cache(name_of_kernels(plan, device)) && compile_s < least_compile_s) return;
   keep_in_cache(name_of_kernels(plan, device), compile_s);
-  if (compile_s >= least_compile_s)
-    keep_in_cache(name_of_device(device), compile_s / share_of_compiling(plan));
+  // A scene that shares kernels with one before it tells too little of the next
+  const double whole_s = compile_s / share_of_compiling(plan);
+  if (compile_s >= least_compile_s && whole_s > number_in_cache(name_of_device(device)).value_or(0))
+    keep_in_cache(name_of_device(device), whole_s);
 }
 
 }  // namespace raywave

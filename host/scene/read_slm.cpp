@@ -66,10 +66,11 @@ void require_range(const std::vector<double>& lut, bool amplitude, const Value& 
     v.refuse("spans " + number_text(high - low) +
              " turns of phase, and a panel's levels span up to " + number_text(most_turns) +
              "; give phases, not voltages, and lut_unit = \"radians\" where they are such");
-  constexpr double usual_turns = 2.5;
+  constexpr double usual_turns = 1.75;
   if (!amplitude && high - low > usual_turns)
     v.note("it spans " + number_text(high - low) +
-           " turns of phase, more than most panels: check that these are turns, not volts");
+           " turns of phase, more than most panels: check that these are turns, not volts or units "
+           "of pi (lut_unit = \"pi\")");
 }
 
 /// throws  InputError where amplitudes come with amplitudes, or are none
@@ -268,7 +269,8 @@ void keys_of_levels(SlmSpec& slm, const Keys& key, double wavelength_m, int most
   key(number("offset", slm.offset_turns, between(-1e3, 1e3)).as("offset_turns"));
 
   double turns_per_unit = 1;
-  key(choice("lut_unit", turns_per_unit, {{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}})
+  key(choice("lut_unit", turns_per_unit,
+             {{"turns", 1}, {"radians", 1 / (2 * std::numbers::pi)}, {"pi", 0.5}})
           .told_if(false));
   key(setting(
           "lut", slm.lut,

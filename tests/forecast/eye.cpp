@@ -15,12 +15,15 @@ EyeView eye_of(const Scene& scene) {
   return eye_view(scene, plan, front_view(scene, world, plan));
 }
 
-TEST_CASE("eyebox, acuity and depth of field of a pupil are their closed forms") {
+TEST_CASE("eyebox, its lit part, acuity and depth of field of a pupil are their closed forms") {
   for (const double pupil_mm : {2.0, 3.0, 6.0}) {
     const auto eye =
         eye_of(data_scene("near_eye.toml", {"viewer.pupil=" + std::to_string(pupil_mm * mm)}));
     const double lambda = 520e-9, pupil_m = pupil_mm * mm, arc_minute = 2.908882e-4;
     CHECK(eye.eyebox_m.x == Approx(lambda * 50e-3 / 3.74e-6).epsilon(1e-6));  // 6.95 mm
+    // What pupils 0.6 mm aside reach, and no more of the band than the encoding keeps apart
+    CHECK(eye.lit_m.x == Approx(std::min(2 * 0.6 * mm + pupil_m, 0.48 * eye.eyebox_m.x)));
+    CHECK(eye.lit_m.y == Approx(std::min(pupil_m, 0.48 * eye.eyebox_m.y)));
     CHECK(eye.acuity == Approx(std::max(arc_minute, 1.22 * lambda / pupil_m)).epsilon(1e-4));
     CHECK(eye.sharp_by_acuity == Approx(eye.acuity / pupil_m).epsilon(1e-6));
     CHECK(eye.sharp_by_wave == Approx(2 * lambda / (pupil_m * pupil_m)).epsilon(1e-6));

@@ -137,12 +137,19 @@ TEST_CASE("10 bits have 1024 levels, in files of an SLM and not in scenes") {
                 "bits; give 10 to raywave encode");
 }
 
-TEST_CASE("a LUT may be one column or two, in turns or radians, of a file or of the scene itself") {
+TEST_CASE(
+    "a LUT may be one column or two, in turns, radians or units of pi, of a file or of the scene "
+    "itself; a wide one is noted") {
   const Bench bench;
   CHECK(bench.load("lut = \"rising.txt\"").lut.values[255] == Approx(1));
   CHECK(bench.load("lut = \"falling.csv\"").lut.values[255] == Approx(0.9));
   CHECK(bench.load("lut = \"falling.csv\"\nlut_unit = \"radians\"").lut.values[255] ==
         Approx(0.9 / (2 * std::numbers::pi)));
+  bench.folder.write("pi.txt", lut_text([](int i) { return std::to_string(i / 127.5); }));
+  CHECK(bench.load("lut = \"pi.txt\"\nlut_unit = \"pi\"").lut.values[255] == Approx(1));
+  const auto wide = bench.load("lut = \"pi.txt\"");
+  REQUIRE(wide.notes.size() == 1);
+  CHECK_SAYS(wide.notes[0], "not volts or units of pi (lut_unit = \"pi\")");
   std::string numbers;
   for (int i = 0; i < 256; ++i) numbers += std::to_string(i / 64.0) + (i % 8 == 7 ? ",\n" : ", ");
   const auto volts = bench.load("lut = [" + numbers + "]");
@@ -297,7 +304,7 @@ TEST_CASE("a wrong value in [slm] is refused with its line and what would be rig
       {"bits = 9", "slm.toml:2: slm: bits must be 8 or 10, got 9"},
       {"bits = 10\nlevels = 1025", "slm.toml:3: slm: levels must be 2 to 1024, got 1025"},
       {"lut_unit = \"degrees\"",
-       "slm.toml:2: slm: lut_unit must be \"turns\" or \"radians\", got \"degrees\""},
+       "slm.toml:2: slm: lut_unit must be \"turns\" or \"radians\" or \"pi\", got \"degrees\""},
       {"\nlut = \"turns_back.txt\"",
        "slm.toml:3: slm: lut must rise or fall from level to level; level 200 shows 0 after 199"
        ": phases that wrap need unwrapping"},
