@@ -3,6 +3,7 @@
 
 #include <numeric>
 
+#include "tests/support/catch.hpp"
 #include "tests/support/edids.hpp"
 #include "tests/support/files.hpp"
 

@@ -2,6 +2,7 @@
 #include "host/forecast/eye.hpp"
 
 #include "tests/forecast/data_scenes.hpp"
+#include "tests/support/catch.hpp"
 
 namespace raywave {
 namespace {

@@ -5,6 +5,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/candidates.hpp"
+#include "host/plan/key_places.hpp"
 #include "tests/forecast/data_scenes.hpp"
 #include "tests/support/catch.hpp"
 #include "tests/support/files.hpp"
