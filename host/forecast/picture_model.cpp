@@ -427,10 +427,13 @@ PictureRow row_of(const PictureSource& source, double z_m) {
 void look_through(const std::vector<Pupil>& pupils, const Plan& plan, PictureModel& model) {
   const auto bands = plan.hologram.pitch_m / plan.hologram.wavelength_m;
   for (const auto& pupil : pupils) {
-    auto reach = (glm::abs(pupil.centre_m) + pupil.diameter_m / 2) / std::abs(pupil.b_m) * bands;
+    const auto radius = pupil.diameter_m / 2 / std::abs(pupil.b_m) * bands;
+    auto reach = glm::abs(pupil.centre_m) / std::abs(pupil.b_m) * bands + radius;
     if (const auto& stop = plan.slm.stop)
       reach = glm::min(reach, glm::abs(stop->centre) + stop->size / 2.0);
     model.pupil_reach = std::max({model.pupil_reach, reach.x, reach.y});
+    if (is_near_hologram(plan))
+      model.pupil_radius = std::max({model.pupil_radius, radius.x, radius.y});
     model.sees_band = model.sees_band || sees_band(pupil, plan);
   }
 }

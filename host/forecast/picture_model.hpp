@@ -54,6 +54,7 @@ struct PictureModel {
   glm::dvec2 spot_m{0, 0};  // the hologram's limit at the scene's middle
   Encoding encoding = Encoding::double_phase;
   double pupil_reach = 0;   // how far pupils look beside the axis, in bands
+  double pupil_radius = 0;  // of the largest, in bands; 0 where the scene is far from the hologram
   bool sees_band = false;   // all of the band is seen, of a pupil with its corners
   bool has_detail = false;  // highlights or textures, which may be smaller than cells
   bool is_even = false;     // near the hologram, phases show their even brightness

@@ -31,9 +31,12 @@ constexpr double refined_light = 0.017, refined_missing = 0.04, refined_edges = 
 constexpr double left_of_edges = 0.1;
 /// What n iterations towards pictures made of samples leave of the error of phases: paced_rest +
 /// paced_first / n^paced_power, more where parts and depths contradict each other, less where
-/// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames.
+/// frames mend what others leave. Fitted to six demo scenes on two panels at 1 to 16 frames. Where
+/// a blur holds few spots, as behind an eyepiece, phases have little freedom, and depths beyond
+/// those that hold each other meet elsewhere: fitted to seven scenes through pupils of 1.5 to 4 mm.
 constexpr double paced_rest = 0.095, paced_first = 0.39, paced_power = 1.3;
 constexpr double paced_parts = 0.09, paced_depth = 0.038, paced_frames = 0.37;
+constexpr double paced_grain = 0.6, paced_by_grain = 0.75, paced_depths_meet = 4.5;
 constexpr double refined_by_grain = 0.75, refined_crowded = 25, crowded_by_grain = 3.2,
                  refined_by_depths = 1.2, refined_by_frames = 1.0, refined_by_rounds = 0.5;
 
@@ -54,10 +57,12 @@ EncodingNoise noise_of(Encoding encoding, const PictureRow& row) {
   return {row.haze, 0.06, 1.1};
 }
 
-/// Mean square of all the light that double phase throws aside, over that of white: dark pixels do
-/// most of it. Fitted, with the reaches between which a pupil comes to see it, to a teapot through
-/// pupils of 1.6 to 3.2 mm, within 2.5 dB.
-constexpr double haze_in_pupil = 0.0045, haze_begins = 0.365, haze_is_whole = 0.45;
+/// Mean square of the light that double phase throws aside, over that of white: dark pixels do most
+/// of it. What a pupil of this radius, in bands, sees of it anywhere: fitted to seven scenes through
+/// pupils of 1.5 to 4 mm, within 2.2 dB. More comes from the band's corners: fitted, with the
+/// reaches between which a pupil comes to see it, to a teapot through pupils of 1.6 to 3.2 mm.
+constexpr double haze_of_radius = 0.004, haze_in_pupil = 0.003, haze_begins = 0.39,
+                 haze_is_whole = 0.45;
 
 /// The same of refined phases, for each band that a pupil reaches farther, and the share of the
 /// SLM's light that one sees over the picture that reaches beyond the band's edges, but not its
@@ -65,12 +70,16 @@ constexpr double haze_in_pupil = 0.0045, haze_begins = 0.365, haze_is_whole = 0.
 constexpr double refined_haze = 0.016, refined_haze_begins = 0.27, seen_beyond_edges = 0.23;
 
 /// Share of the error of phases that refinement at the pace of frames leaves.
-double left_by(const Pace& pace, int frames) {
+double left_by(const Pace& pace, int frames, double grain) {
   if (pace.iterations == 0) return 1;
-  const double left = paced_rest + paced_first / std::pow(pace.iterations, paced_power);
-  return std::min(1.0, left *
-                           (1 + paced_parts * pace.parts + paced_depth * pace.depth * pace.depth) /
-                           std::pow(frames, paced_frames));
+  const double left = (paced_rest + paced_first / std::pow(pace.iterations, paced_power)) /
+                          std::pow(frames, paced_frames) +
+                      paced_grain * std::pow(grain, paced_by_grain),
+               squared = pace.depth * pace.depth,
+               contradicting =
+                   paced_parts * pace.parts +
+                   paced_depth * squared / (1 + squared / std::pow(paced_depths_meet, 2));
+  return std::min(1.0, left * (1 + contradicting));
 }
 
 /// What holds for the pictures of all depths.
@@ -90,7 +99,7 @@ struct AllDepths {
   // interferes with the picture.
   double wrapped = std::min(1.0, std::pow(padding_error, 2));
   // What few iterations leave of the errors that phases alone and the samples' interference make
-  double left = left_by(model.pace, frames);
+  double left = left_by(model.pace, frames, grain);
   // Frames and iterations mend the light alone: what was not sampled, or is too steep, stays
   double by_depths = std::pow(model.refined_depths / 6.0, refined_by_depths);
   double by_rounds =
@@ -100,9 +109,10 @@ struct AllDepths {
   double haze_seen =
       is_refined ? refined_haze * std::clamp(model.pupil_reach - refined_haze_begins, 0.0, 0.5)
       : model.encoding == Encoding::double_phase
-          ? haze_in_pupil *
-                std::clamp((model.pupil_reach - haze_begins) / (haze_is_whole - haze_begins), 0.0,
-                           1.0)
+          ? haze_of_radius * model.pupil_radius +
+                haze_in_pupil *
+                    std::clamp((model.pupil_reach - haze_begins) / (haze_is_whole - haze_begins),
+                               0.0, 1.0)
           : 0;
   // Refinement leaves light beyond a pupil, where there is such a place
   double in_pupil = !is_refined               ? 0

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // Predictions, held to measurements on scenes that no fit has seen.
+#include <tuple>
+
 #include "host/evaluate/goal_check.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/forecast/first_call.hpp"
@@ -179,6 +181,25 @@ TEST_CASE("what a wide pupil sees of the light beside the picture's is predicted
   }
 }
 
+TEST_CASE("what a narrow pupil behind an eyepiece sees, refined or not, is predicted within 2 dB") {
+  const auto device = test::all_devices().front();
+  for (const auto& [pupil, iterations, frames] : {std::tuple("1 mm", "0", "3"),
+                                                  {"1 mm", "6", "1"},
+                                                  {"1.4 mm", "0", "1"},
+                                                  {"1.4 mm", "6", "3"}}) {
+    const auto scene = load_scene(
+        std::filesystem::path(RAYWAVE_DATA_DIR) / "animal.toml",
+        {"hologram.resolution=[640, 400]", "hologram.pitch=8 um", "hologram.wavelength=532 nm",
+         "wrp.grid=auto", "viewer.eyepiece=45 mm", std::string("viewer.pupil=") + pupil,
+         "object.0.width=2 mm", "object.0.position=['0.2 mm', 0, '1.2 D']", "sampling.pitch=15 um",
+         std::string("sampling.frames=") + frames, std::string("refine.iterations=") + iterations});
+    const auto check = checked(device, scene, 5);
+    REQUIRE(check);
+    INFO(pupil << ", " << iterations << " iterations, frames " << frames << ": " << check->text());
+    CHECK(check->measured_db.value() == Catch::Approx(check->predicted_db.value()).margin(2));
+  }
+}
+
 TEST_CASE("plans of several lasers give the same advice for each, and print it once") {
   const auto scenes = load_scenes(std::filesystem::path(RAYWAVE_DATA_DIR) / "colour.toml");
   const auto world = build_world(scenes[0]);
@@ -205,7 +226,8 @@ TEST_CASE("plans of several lasers give the same advice for each, and print it o
   CHECK(count("\n--- 520 nm\n") == 1);
 }
 
-TEST_CASE("kernels that were compiled before are predicted to take no time, others as long as any") {
+TEST_CASE(
+    "kernels that were compiled before are predicted to take no time, others as long as any") {
   const Folder folder;
   const test::Environment cache("RAYWAVE_CACHE_DIR", (folder / "").string());
   const auto scene = unseen_scene("teapot.toml", {"object.0.width=3 mm"});
@@ -237,8 +259,7 @@ TEST_CASE("kernels that were compiled before are predicted to take no time, othe
   remember_kernels(plan, device, {{"kernels", 30}}, {{"kernels", 0.7}});
   device.keeps_kernels = true;
   const auto shadowed = unseen_scene("teapot.toml", {"object.0.width=3 mm", "trace.shadows=true"});
-  CHECK(kernels_s(make_plan(shadowed, build_world(shadowed)), device).value() ==
-        Catch::Approx(10));
+  CHECK(kernels_s(make_plan(shadowed, build_world(shadowed)), device).value() == Catch::Approx(10));
 }
 
 }  // namespace
