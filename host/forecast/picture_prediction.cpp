@@ -58,9 +58,9 @@ EncodingNoise noise_of(Encoding encoding, const PictureRow& row) {
 }
 
 /// Mean square of the light that double phase throws aside, over that of white: dark pixels do most
-/// of it. What a pupil of this radius, in bands, sees of it anywhere: fitted to seven scenes through
-/// pupils of 1.5 to 4 mm, within 2.2 dB. More comes from the band's corners: fitted, with the
-/// reaches between which a pupil comes to see it, to a teapot through pupils of 1.6 to 3.2 mm.
+/// of it. What a pupil of one band in radius would see of it anywhere: fitted to seven scenes
+/// through pupils of 1.5 to 4 mm, levels within 2.2 dB. More comes from the band's corners: fitted,
+/// with the reaches between which pupils come to see it, to a teapot through 1.6 to 3.2 mm.
 constexpr double haze_of_radius = 0.004, haze_in_pupil = 0.003, haze_begins = 0.39,
                  haze_is_whole = 0.45;
 
