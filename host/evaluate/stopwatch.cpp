@@ -2,6 +2,7 @@
 #include "host/evaluate/stopwatch.hpp"
 
 #include <algorithm>
+#include <cmath>
 
 namespace raywave {
 
