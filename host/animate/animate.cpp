@@ -490,17 +490,15 @@ AnimateResult make_missing(FrameFiles& files,
                            const std::function<void(std::vector<std::vector<std::uint8_t>>&)>& turn,
                            const Progress& progress) {
   AnimateResult made;
-  std::vector<int> missing;
-  for (int picture = files.wanted().first; picture < files.wanted().end; ++picture)
-    if (!files.has(picture)) missing.push_back(picture);
-  if (missing.empty()) {
+  if (files.missing().empty()) {
     files.finish();
     return made;
   }
   const auto make = begin();
   std::chrono::steady_clock::time_point start;
   WriteQueue queue(longest_queue);
-  for (const int picture : missing) {
+  while (const auto next = files.next()) {
+    const int picture = *next;
     if (progress)
       progress(files.word() + (" " + std::to_string(picture)) + ", of 0 to " +
                    std::to_string(files.all() - 1),

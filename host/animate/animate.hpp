@@ -31,7 +31,8 @@ struct AnimateResult {
   int timed_holograms = 0;          // of these pictures
   // RenderResult's, of these pictures: with what was written meanwhile, of pictures before them
   std::map<std::string, double> processor_seconds;
-  std::vector<std::string> notes;  // of all pictures, each once
+  std::vector<std::string> notes;        // of all pictures, each once
+  std::map<std::string, int> by_device;  // pictures, of several devices
 };
 
 /// A picture of an animation.

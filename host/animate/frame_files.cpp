@@ -101,16 +101,19 @@ std::vector<std::vector<double>> FrameFiles::powers(const fs::path& folder) {
 
 FrameFiles::FrameFiles(fs::path folder, FrameStorage storage, std::string run, Schedule schedule,
                        glm::ivec2 size_px, std::vector<std::string> lasers,
-                       std::optional<PictureRange> wanted)
+                       std::optional<PictureRange> wanted, bool is_helper)
     : folder_(std::move(folder)),
       storage_(storage),
       run_(std::move(run)),
       schedule_(schedule),
       size_(size_px),
       lasers_(std::move(lasers)),
-      wanted_(wanted.value_or(PictureRange{0, schedule.pictures()})) {
-  read_reports();
-  if (pictures() < wanted_.end - wanted_.first) open_to_add();
+      wanted_(wanted.value_or(PictureRange{0, schedule.pictures()})),
+      is_helper_(is_helper) {
+  if (!is_helper_) read_reports();
+  for (int picture = wanted_.first; picture < wanted_.end; ++picture)
+    if (!has(picture)) missing_.push_back(picture);
+  if (!missing_.empty()) open_to_add();
 }
 
 FrameFiles::~FrameFiles() {
@@ -147,7 +150,11 @@ void FrameFiles::read_reports() {
     });
 }
 
-void FrameFiles::open_to_add() {
+void FrameFiles::open_report() {
+  if (is_helper_) {
+    report_ = ::fcntl(STDOUT_FILENO, F_DUPFD_CLOEXEC, 0);
+    return;
+  }
   const auto file = own_report();
   report_ = ::open(file.c_str(), O_RDWR | O_CREAT | O_APPEND | O_CLOEXEC, 0666);
   if (report_ < 0) refuse_to_write(file.string());
@@ -160,6 +167,10 @@ void FrameFiles::open_to_add() {
   const auto bytes = ::lseek(report_, 0, SEEK_END);
   if (bytes > 0 && ::pread(report_, &last, 1, bytes - 1) == 1 && last != '\n')
     append(report_, "\n", file.string());
+}
+
+void FrameFiles::open_to_add() {
+  open_report();
   if (storage_ != FrameStorage::stream) return;
   std::error_code error;
   if (!fs::exists(partial_stream(), error))
@@ -221,6 +232,25 @@ void FrameFiles::add(int picture, std::span<const std::vector<std::uint8_t>> hol
   auto text = line_of(line);
   append(report_, text, own_report().string());
   lines_.emplace(picture, std::move(text));
+}
+
+std::optional<int> FrameFiles::next() {
+  int picture = 0;
+  if (!is_helper_)
+    return taken_ < missing_.size() ? std::optional(missing_[taken_++]) : std::nullopt;
+  // Helpers share the place in the file
+  if (::read(STDIN_FILENO, &picture, sizeof picture) != sizeof picture) return {};
+  return picture;
+}
+
+Json FrameFiles::add_line(const std::string& text) {
+  auto line = Json::parse(text, nullptr, false);
+  const auto picture = line.is_object() ? integer_of(line, word()) : std::nullopt;
+  if (!picture || text_of(line, "run") != run_)
+    throw InputError(std::string("it plans these ") + word() + "s otherwise than the first device");
+  append(report_, text + "\n", own_report().string());
+  lines_.emplace(static_cast<int>(*picture), text + "\n");
+  return line;
 }
 
 void FrameFiles::finish() {

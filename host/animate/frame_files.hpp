@@ -58,22 +58,28 @@ public:
   /// size_px  of a hologram as it is stored
   /// lasers   in the names of their PNGs; none: one wavelength
   /// wanted   all pictures when not given
+  /// is_helper  another program holds the folder and makes reports: its queue of pictures that are
+  ///          missing is standard input, and lines go to standard output
   /// throws   InputError for lines of another run, where another program makes the same part, or
   ///          where the folder cannot be written
   FrameFiles(std::filesystem::path folder, FrameStorage storage, std::string run, Schedule schedule,
              glm::ivec2 size_px, std::vector<std::string> lasers = {},
-             std::optional<PictureRange> wanted = {});
+             std::optional<PictureRange> wanted = {}, bool is_helper = false);
   ~FrameFiles();
   FrameFiles(const FrameFiles&) = delete;
   FrameFiles& operator=(const FrameFiles&) = delete;
 
   PictureRange wanted() const { return wanted_; }
-  bool is_part() const { return wanted_.end - wanted_.first < schedule_.pictures(); }
+  bool is_part() const { return is_helper_ || wanted_.end - wanted_.first < schedule_.pictures(); }
   /// Wanted or not.
   int all() const { return schedule_.pictures(); }
   /// "picture", or "tile": in messages and lines.
   const char* word() const { return storage_ == FrameStorage::tiles ? "tile" : "picture"; }
   bool has(int picture) const { return lines_.contains(picture); }
+  /// The wanted pictures that were not there at first.
+  const std::vector<int>& missing() const { return missing_; }
+  /// The next of them; of a helper the next in the queue, which is no other helper's.
+  std::optional<int> next();
   /// The wanted pictures that are there.
   int pictures() const { return static_cast<int>(lines_.size()); }
 
@@ -82,6 +88,11 @@ public:
   ///
   /// throws  InputError when something cannot be written; the picture is then not there
   void add(int picture, std::span<const std::vector<std::uint8_t>> holograms, Json line);
+
+  /// Adds the line of a picture that a helper has stored, and returns it.
+  ///
+  /// throws  InputError for a line of another run
+  Json add_line(const std::string& text);
 
   /// After the last picture: of all pictures, one report in their order, and the stream's name.
   void finish();
@@ -107,6 +118,7 @@ private:
   std::string name_of(int place) const;
   std::filesystem::path own_report() const;
   void read_reports();
+  void open_report();
   void open_to_add();
   /// Whether the holograms that a picture's line names are there and as it says.
   bool is_whole(int picture, const Json& line) const;
@@ -120,6 +132,9 @@ private:
   glm::ivec2 size_;
   std::vector<std::string> lasers_;
   PictureRange wanted_;
+  bool is_helper_;
+  std::vector<int> missing_;
+  std::size_t taken_ = 0;             // of the missing ones
   std::map<int, std::string> lines_;  // of the wanted pictures that are there
   int report_ = -1, stream_ = -1;     // descriptors
   std::vector<std::uint8_t> png_;     // the last one

@@ -1,20 +1,15 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/animate/videos.hpp"
 
-#include <fcntl.h>
-#include <spawn.h>
-#include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
 
 #include <algorithm>
 #include <array>
-#include <cerrno>
-#include <csignal>
 #include <sstream>
 #include <system_error>
 #include <utility>
 
+#include "host/common/child_program.hpp"
 #include "host/common/environment.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
@@ -24,8 +19,6 @@
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
-
-extern char** environ;
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -90,10 +83,10 @@ public:
     const auto files = holograms.storage == FrameStorage::pngs ? lasers_of(holograms) : 1;
     for (std::size_t i = 0; i < files; ++i)
       programs_.push_back(
-          std::make_unique<VideoProgram>(ffmpeg,
+          std::make_unique<ChildProgram>(ffmpeg,
                                          common_words() + input_of(holograms, first, i) +
                                              Words{"-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
-                                         holograms.folder, VideoProgram::Held::output));
+                                         holograms.folder, ChildProgram::Held::output));
   }
 
   /// As it is stored.
@@ -111,7 +104,7 @@ public:
 
 private:
   glm::ivec2 size_;
-  std::vector<std::unique_ptr<VideoProgram>> programs_;
+  std::vector<std::unique_ptr<ChildProgram>> programs_;
   std::size_t place_ = 0;
 };
 
@@ -201,13 +194,13 @@ void write_hologram_video(const fs::path& ffmpeg, const StoredHolograms& hologra
   write_whole_by_name(file, [&](const fs::path& temporary) {
     const auto input = in_turn ? raw_input(holograms.size_px, holograms.rate_per_s, "pipe:0", 0)
                                : input_of(holograms, 0);
-    VideoProgram program(
+    ChildProgram program(
         ffmpeg,
         common_words() + input +
             Words{"-frames:v", std::to_string(holograms.count), "-c:v", "ffv1", "-level", "3", "-g",
                   "1", "-slicecrc", "1", "-pix_fmt", "gray", "-flags:v", "+bitexact",
                   "file:" + temporary.filename().string()},
-        holograms.folder, in_turn ? VideoProgram::Held::input : VideoProgram::Held::none);
+        holograms.folder, in_turn ? ChildProgram::Held::input : ChildProgram::Held::none);
     if (in_turn) {
       HologramReader reader(ffmpeg, holograms, 0);
       for (int i = 0; i < holograms.count; ++i) program.write(reader.next());
@@ -243,13 +236,13 @@ void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBack
                                            "-color_trc",
                                            "iec61966-2-1"}
                                    : Words{"-vf", pad};
-    VideoProgram video(ffmpeg,
+    ChildProgram video(ffmpeg,
                        common_words() +
                            raw_input(size, rate_per_s, "pipe:0", 0, is_colour ? "rgb24" : "gray") +
                            colours +
                            Words{"-pix_fmt", "yuv420p", "-flags:v", "+bitexact", "-movflags",
                                  "+faststart", "file:" + temporary.filename().string()},
-                       holograms.folder, VideoProgram::Held::input);
+                       holograms.folder, ChildProgram::Held::input);
     HologramReader reader(ffmpeg, holograms, 0);
     for (int picture = 0; picture < pictures; ++picture) {
       video.write(expose_to(viewer.see(picture, reader), white));
@@ -258,8 +251,6 @@ void write_preview(const fs::path& ffmpeg, const cl::Device& device, cl::FftBack
     video.finish();
   });
 }
-
-namespace fs = std::filesystem;
 
 std::optional<fs::path> find_program(const std::string& name) {
   std::istringstream folders(environment_variable("PATH"));
@@ -270,95 +261,6 @@ std::optional<fs::path> find_program(const std::string& name) {
       return fs::absolute(file);
   }
   return std::nullopt;
-}
-
-VideoProgram::VideoProgram(const fs::path& program, const std::vector<std::string>& arguments,
-                           const fs::path& folder, Held held)
-    : name_(program.filename().string()), said_(std::tmpfile(), std::fclose) {
-  const auto refuse = [&](int reason) {
-    throw InputError(in_quotes(program.string()) +
-                     ": cannot be started: " + std::generic_category().message(reason));
-  };
-  if (!said_) refuse(errno);
-  // A socket, as writing to a pipe that nobody reads raises a signal
-  std::array<int, 2> ends{-1, -1};
-  if (held != Held::none && socketpair(AF_UNIX, SOCK_STREAM | SOCK_CLOEXEC, 0, ends.data()) != 0)
-    refuse(errno);
-  posix_spawn_file_actions_t actions;
-  posix_spawn_file_actions_init(&actions);
-  const auto give = [&](Held stream, int number, int flags) {
-    if (held == stream)
-      posix_spawn_file_actions_adddup2(&actions, ends[1], number);
-    else
-      posix_spawn_file_actions_addopen(&actions, number, "/dev/null", flags, 0);
-  };
-  give(Held::input, STDIN_FILENO, O_RDONLY);
-  give(Held::output, STDOUT_FILENO, O_WRONLY);
-  posix_spawn_file_actions_adddup2(&actions, fileno(said_.get()), STDERR_FILENO);
-  posix_spawn_file_actions_addchdir_np(&actions, folder.c_str());
-
-  std::vector<std::string> words{program.string()};
-  words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  for (auto& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  const int reason =
-      posix_spawn(&process_, program.c_str(), &actions, nullptr, pointers.data(), environ);
-  posix_spawn_file_actions_destroy(&actions);
-  if (ends[1] >= 0) close(ends[1]);
-  stream_ = ends[0];
-  if (reason == 0) return;
-  process_ = 0;
-  if (stream_ >= 0) close(stream_);
-  refuse(reason);
-}
-
-VideoProgram::~VideoProgram() {
-  if (stream_ >= 0) close(stream_);
-  if (process_ <= 0) return;
-  kill(process_, SIGKILL);
-  wait();
-}
-
-bool VideoProgram::wait() {
-  int status = 0;
-  while (waitpid(process_, &status, 0) < 0 && errno == EINTR) {
-  }
-  process_ = 0;
-  return WIFEXITED(status) && WEXITSTATUS(status) == 0;
-}
-
-void VideoProgram::fail() {
-  if (stream_ >= 0) close(std::exchange(stream_, -1));
-  if (process_ > 0) wait();
-  std::string text(4096, '\0');
-  std::rewind(said_.get());
-  text.resize(std::fread(text.data(), 1, text.size(), said_.get()));
-  text.erase(std::find(text.begin(), text.end(), '\n'), text.end());
-  throw InputError(name_ + " has failed" + (text.empty() ? "" : ": " + one_line(text)));
-}
-
-void VideoProgram::write(std::span<const std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const auto sent = send(stream_, bytes.data(), bytes.size(), MSG_NOSIGNAL);
-    if (sent < 0 && errno == EINTR) continue;
-    if (sent <= 0) fail();
-    bytes = bytes.subspan(static_cast<std::size_t>(sent));
-  }
-}
-
-void VideoProgram::read(std::span<std::uint8_t> bytes) {
-  while (!bytes.empty()) {
-    const auto got = ::read(stream_, bytes.data(), bytes.size());
-    if (got < 0 && errno == EINTR) continue;
-    if (got <= 0) fail();
-    bytes = bytes.subspan(static_cast<std::size_t>(got));
-  }
-}
-
-void VideoProgram::finish() {
-  if (stream_ >= 0) close(std::exchange(stream_, -1));
-  if (!wait()) fail();
 }
 
 }  // namespace raywave

@@ -15,6 +15,7 @@
 #include "host/animate/videos.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/helpers.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/parts.hpp"
@@ -44,6 +45,8 @@ struct AnimateArguments {
   ReportOptions report;
   std::string out, pictures;
   bool stream = false, restart = false, no_video = false, no_preview = false;
+
+  FrameStorage storage() const { return stream ? FrameStorage::stream : FrameStorage::pngs; }
 };
 
 /// report.json, which lets reconstruct and encode read the holograms; of any part the same.
@@ -126,11 +129,30 @@ std::vector<Scene> load_moving(const SceneOptions& options, const ReportOptions&
   return scenes;
 }
 
+void help_animate(const AnimateArguments& options) {
+  end_with_parent();
+  auto scenes = load_moving(options.scene, options.report);
+  const cl::Device device(options.device.info());
+  choose(options.goal.goal(), scenes, device);
+  help(Animator(device, scenes, options.device.backend(device.info()), options.out), options.out,
+       options.storage());
+}
+
+/// Of the command that helpers are given.
+std::vector<std::string> words_of(const AnimateArguments& options) {
+  auto words = words_of("animate", options.scene, options.goal, options.device.fft);
+  if (options.stream) words.emplace_back("--stream");
+  words.insert(words.end(), {"-o", options.out, "--pictures"});
+  return words;
+}
+
 void run_animate(const AnimateArguments& options) {
+  if (options.pictures == from_queue) return help_animate(options);
   auto scenes = load_moving(options.scene, options.report);
   const auto wanted =
       range_of("--pictures", options.pictures, "picture", scenes[0].animation->pictures);
-  const cl::Device device(options.device.info());
+  const auto devices = options.device.all();
+  const cl::Device device(devices[0]);
   const auto fft = options.device.backend(device.info());
   const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;
   if (is_part && options.restart)
@@ -139,7 +161,7 @@ void run_animate(const AnimateArguments& options) {
         "folder before the first part");
   const HeldFolder held(options.out, is_part);
   const std::filesystem::path folder(options.out);
-  const auto storage = options.stream ? FrameStorage::stream : FrameStorage::pngs;
+  const auto storage = options.storage();
 
   AnimateResult made;
   std::optional<Animator> animator;
@@ -172,8 +194,9 @@ void run_animate(const AnimateArguments& options) {
     }
     write_report(folder, scenes[0], *animator, storage, run, notes);
     add_to_end_at_signals("; the same command goes on with the pictures that are missing");
-    made = animator->make_frames(
-        files, [&](const std::string& what, double share) { bar.show(what, share); });
+    const auto progress = [&](const std::string& what, double share) { bar.show(what, share); };
+    made = devices.size() > 1 ? make_on(devices, words_of(options), files, progress)
+                              : animator->make_frames(files, progress);
     add_to_end_at_signals(nullptr);
     stored = {folder,
               storage,
@@ -201,7 +224,7 @@ void run_animate(const AnimateArguments& options) {
                       ? FrameFiles::png_pattern(stored.lasers.empty() ? "" : "LASER").c_str()
                       : FrameFiles::stream_name);
       if (per_s > 0) std::printf(", %.3g holograms a second", per_s);
-      std::printf(" on %s\n", device.info().name.c_str());
+      std::printf(" on %s\n", devices_text(device.info(), made).c_str());
     }
   }
   if (!is_part)
@@ -215,6 +238,7 @@ void run_animate(const AnimateArguments& options) {
                             {"seconds", made.seconds},
                             {"holograms_per_s", per_s},
                             {"processor_seconds", made.processor_seconds},
+                            {"by_device", made.by_device},
                             {"notes", notes}});
 }
 
@@ -227,7 +251,7 @@ void add_animate(CLI::App& app) {
   auto options = std::make_shared<AnimateArguments>();
   options->scene.add_to(*command, "Scene file (TOML) with [animation]")->required();
   options->goal.add_to(*command);
-  options->device.add_to(*command);
+  options->device.add_to(*command, /*takes_several=*/true);
   add_output(*command, options->out,
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();

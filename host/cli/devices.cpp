@@ -56,9 +56,9 @@ void print(const cl::DeviceInfo& d, bool is_default) {
   std::printf("     FFT              %s\n", fft.c_str());
 }
 
-void run_devices(const std::string& wanted, const ReportOptions& report) {
+void run_devices(const DeviceOptions& wanted, const ReportOptions& report) {
   const auto chosen = cl::find_device().index;  // where there is none, the error says what to do
-  const auto devices = wanted.empty() ? cl::list_devices() : std::vector{cl::find_device(wanted)};
+  const auto devices = wanted.device.empty() ? cl::list_devices() : std::vector{wanted.found()};
   auto list = Json::array();
   for (const auto& device : devices) {
     const bool is_default = device.index == chosen;
@@ -77,7 +77,7 @@ void add_devices(CLI::App& app) {
   wanted->add_device_to(*command);
   auto report = std::make_shared<ReportOptions>();
   report->add_to(*command, "the list");
-  command->callback([wanted, report] { run_devices(wanted->device, *report); });
+  command->callback([wanted, report] { run_devices(*wanted, *report); });
 }
 
 }  // namespace raywave::cli

@@ -64,7 +64,7 @@ void run_kernels(const KernelsArguments& options) {
   if (cl::program_folder())
     throw cl::DeviceError(
         "RAYWAVE_PROGRAM_DIR is set, which forbids to compile; raywave kernels needs it unset");
-  auto info = cl::find_device(options.device.device);
+  auto info = options.device.found();
   if (options.sources) {
     info.kind = cl::DeviceKind::accelerator;
     info.float_lanes = 1;

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <filesystem>
 #include <nlohmann/json.hpp>
+#include <sstream>
+#include <tuple>
 
 #include "host/cli/display_server.hpp"
 #include "host/cli/help.hpp"
@@ -118,22 +120,69 @@ CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
   return command.add_option("SCENE", file, help)->type_name("SCENE");
 }
 
-void DeviceOptions::add_device_to(CLI::App& command) {
+void DeviceOptions::add_device_to(CLI::App& command, bool takes_several) {
   command
       .add_option("--device", device,
-                  "Index (0:1), gpu, cpu, or part of a name (pocl); RAYWAVE_DEVICE when not given")
+                  std::string("Index (0:1), gpu, cpu, or part of a name (pocl)") +
+                      (takes_several ? "; 0:0,0:1, or all that are like the default" : "") +
+                      "; RAYWAVE_DEVICE when not given")
       ->type_name("DEVICE")
       ->group(group::device);
 }
 
-void DeviceOptions::add_to(CLI::App& command) {
-  add_device_to(command);
+void DeviceOptions::add_to(CLI::App& command, bool takes_several) {
+  add_device_to(command, takes_several);
   command.add_option("--fft", fft, "FFT back end; the device's own choice when not given")
       ->type_name(choices(names_of(cl::FftBackend{})))
       ->group(group::device);
 }
 
-cl::DeviceInfo DeviceOptions::info() const { return tuned(cl::find_device(device)); }
+bool DeviceOptions::names_several() const {
+  // Names may have commas, too
+  return device == "all" || (device.find(',') != std::string::npos &&
+                             device.find_first_not_of("0123456789:,") == std::string::npos);
+}
+
+cl::DeviceInfo DeviceOptions::found() const {
+  if (names_several())
+    throw InputError("--device " + in_quotes(device) +
+                     ": this needs one device; animate and render --tiles take several");
+  return cl::find_device(device);
+}
+
+cl::DeviceInfo DeviceOptions::info() const { return tuned(found()); }
+
+std::vector<cl::DeviceInfo> DeviceOptions::all() const {
+  if (!names_several()) return {info()};
+  const auto kind = [](const cl::DeviceInfo& one) {
+    return std::tie(one.platform, one.name, one.driver);
+  };
+  std::vector<cl::DeviceInfo> all;
+  if (device == "all") {
+    const auto usual = cl::find_device();
+    for (const auto& one : cl::list_devices())
+      if (kind(one) == kind(usual)) all.push_back(tuned(one));
+    return all;
+  }
+  const auto refuse = [&](const std::string& why) {
+    throw InputError("--device " + in_quotes(device) + ": " + why);
+  };
+  std::istringstream names(device);
+  for (std::string name; std::getline(names, name, ',');) {
+    if (name.empty()) refuse("a device is missing between commas");
+    const auto one = cl::find_device(name);
+    for (const auto& other : all) {
+      if (other.index == one.index) refuse(one.index + " " + one.name + " is named twice");
+      if (kind(other) != kind(one))
+        refuse(other.index + " " + other.name + " and " + one.index + " " + one.name +
+               " differ, and their holograms would in rounding; give devices of one name and "
+               "driver");
+    }
+    all.push_back(tuned(one));
+  }
+  if (all.empty()) refuse("a device is missing");
+  return all;
+}
 
 cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
   if (fft.empty()) return cl::default_backend(info);

@@ -63,15 +63,22 @@ struct SceneOptions {
   }
 };
 
-/// --device and --fft.
+/// --device and --fft. Some commands take several devices: "0:0,0:1", or "all".
 struct DeviceOptions {
   std::string device, fft;
 
-  void add_device_to(CLI::App& command);
-  void add_to(CLI::App& command);  // and --fft
-  /// The device, in the work shape that `raywave tune` has stored for it, if any.
-  /// throws  InputError when that file is damaged, DeviceError when there is no such device
+  void add_device_to(CLI::App& command, bool takes_several = false);
+  void add_to(CLI::App& command, bool takes_several = false);  // and --fft
+  bool names_several() const;
+  /// throws  InputError where several are named, DeviceError when there is no such device
+  cl::DeviceInfo found() const;
+  /// The same, in the work shape that `raywave tune` has stored for it, if any.
+  /// throws  InputError when that file is damaged, too
   cl::DeviceInfo info() const;
+  /// One or several of the same platform, name and driver, whose results are the same, bit for bit;
+  /// in such shapes.
+  /// throws  InputError for devices that differ or are named twice, and as info()
+  std::vector<cl::DeviceInfo> all() const;
   /// throws  InputError when the named back end is unknown, DeviceError when it does not serve the
   ///         device
   cl::FftBackend backend(const cl::DeviceInfo& device) const;

@@ -14,6 +14,7 @@
 #include <vector>
 
 #include "host/animate/hologram_tiles.hpp"
+#include "host/cli/helpers.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/cache.hpp"
@@ -122,10 +123,25 @@ void require_one_laser(const std::vector<Scene>& scenes) {
                    laser_name(scenes[0].hologram.wavelength_m));
 }
 
+namespace {
+
+void help_tiles(const TilesArguments& options) {
+  end_with_parent();
+  auto scenes = options.scene.load_all(options.report);
+  const cl::Device device(options.device.info());
+  choose(options.goal.goal(), scenes, device, /*by_tile=*/true);
+  help(HologramTiles(device, scenes.at(0), options.device.backend(device.info()), options.out),
+       options.out, FrameStorage::tiles);
+}
+
+}  // namespace
+
 void run_tiles(const TilesArguments& options) {
+  if (options.tiles == from_queue) return help_tiles(options);
   auto scenes = options.scene.load_all(options.report);
   require_one_laser(scenes);
-  const cl::Device device(options.device.info());
+  const auto devices = options.device.all();
+  const cl::Device device(devices[0]);
   const auto fft = options.device.backend(device.info());
   const std::filesystem::path folder(options.out);
   std::optional<ProgressBar> bar(options.report.quiet);
@@ -149,8 +165,11 @@ void run_tiles(const TilesArguments& options) {
   write_manifest(folder, hologram, run, options.scene.set, notes);
   add_to_end_at_signals("; the same command goes on with the tiles that are missing");
   const Stopwatch watch;
-  const auto made = hologram.make_frames(
-      files, [&](const std::string& what, double share) { bar->show(what, share); });
+  const auto progress = [&](const std::string& what, double share) { bar->show(what, share); };
+  auto words = words_of("render", options.scene, options.goal, options.device.fft);
+  words.insert(words.end(), {"-o", options.out, "--tiles"});
+  const auto made = devices.size() > 1 ? make_on(devices, words, files, progress)
+                                       : hologram.make_frames(files, progress);
   add_to_end_at_signals(nullptr);
   bar.reset();
   auto all_notes = notes;
@@ -164,7 +183,7 @@ void run_tiles(const TilesArguments& options) {
       std::printf("%s of %d x %d as %s/tile_00000.png ... in %s on %s\n",
                   count_text(made.pictures, "tile").c_str(), tiling.tile_size.x, tiling.tile_size.y,
                   options.out.c_str(), duration_text(watch.wall_s()).c_str(),
-                  device.info().name.c_str());
+                  devices_text(device.info(), made).c_str());
     std::printf("tiles %d to %d, of 0 to %d, %d x %d, row by row from the top left\n", wanted.first,
                 wanted.end - 1, count - 1, tiling.grid.x, tiling.grid.y);
   }
@@ -172,6 +191,7 @@ void run_tiles(const TilesArguments& options) {
                             {"tiles", made.pictures},
                             {"seconds", watch.wall_s()},
                             {"processor_seconds", made.processor_seconds},
+                            {"by_device", made.by_device},
                             {"notes", all_notes}});
 }
 

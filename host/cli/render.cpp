@@ -227,7 +227,7 @@ void add_render(CLI::App& app) {
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->method.add_to(*command);
-  options->device.add_to(*command);
+  options->device.add_to(*command, /*takes_several=*/true);
   add_output(*command, options->out, "hologram.png, field.npy and report.json")->required();
   flag(*command, "--save-wrps", options->save_wrps, group::output,
        "Also write the field of every WRP or virtual plane (wrp_1.npy or "

@@ -57,7 +57,7 @@ struct TuneArguments {
 
 void run_tune(const TuneArguments& options) {
   // Not tuned(info): what is stored of the device is measured anew.
-  auto info = cl::find_device(options.device.device);
+  auto info = options.device.found();
   const auto backend = options.device.backend(info);
   const auto start = std::chrono::steady_clock::now();
   const bool text = options.report.prints_text();

@@ -20,6 +20,7 @@
 #include "host/animate/hologram_tiles.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
+#include "host/cli/helpers.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/parts.hpp"
 #include "host/common/error.hpp"
@@ -97,7 +98,7 @@ std::pair<Schedule, UnitCost> cost_of(const auto& scene, const cl::Device& devic
 /// A job of Open Job Description, version 2023-09, https://github.com/OpenJobDescription. Places of
 /// scene and output are parameters, which engines map to where files are on a worker.
 ///
-/// command  of words_of
+/// command  of words_of, and the device
 Json openjd_template(const PartWords& of, std::vector<std::string> command,
                      const std::filesystem::path& file, const std::vector<std::string>& units) {
   const auto program = command.front();
@@ -136,24 +137,6 @@ Json openjd_template(const PartWords& of, std::vector<std::string> command,
           {"steps", Json::array({parts, whole})}};
 }
 
-/// Words of a command line that makes the whole; of the place of files, as they are given.
-std::vector<std::string> words_of(const UnitsArguments& options, const char* command) {
-  std::vector<std::string> words{"raywave", command, options.scene.file};
-  const auto add = [&](const char* name, const std::string& value) {
-    if (value.empty()) return;
-    words.push_back(name);
-    words.push_back(value);
-  };
-  for (const auto& set : options.scene.set) add("--set", set);
-  add("--preset", options.goal.preset);
-  add("--budget", options.goal.budget);
-  if (options.goal.psnr_db) add("--psnr", format("%.17g", *options.goal.psnr_db));
-  if (options.goal.rate_per_s) add("--rate", format("%.17g", *options.goal.rate_per_s));
-  add("--device", options.device.device);
-  add("--fft", options.device.fft);
-  return words;
-}
-
 void run_units(const UnitsArguments& options) {
   const Stopwatch watch;
   auto scenes = options.scene.load_all(options.report);
@@ -185,7 +168,9 @@ void run_units(const UnitsArguments& options) {
                     {"holograms", {schedule.first_of(first), schedule.first_of(end) - 1}}});
     if (options.report.prints_text()) std::printf("%s  %.1f s\n", name.c_str(), seconds);
   }
-  const auto command = words_of(options, words.command);
+  auto command = words_of(words.command, options.scene, options.goal, options.device.fft);
+  if (!options.device.device.empty())
+    command.insert(command.end(), {"--device", options.device.device});
   if (!options.openjd.empty())
     write_text(options.openjd,
                openjd_template(words, command, options.openjd, units).dump(2) + "\n");

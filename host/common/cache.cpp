@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/common/cache.hpp"
 
+#include <fcntl.h>
+#include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -138,6 +140,15 @@ void store_cached(const std::string& name, const void* data, std::size_t bytes) 
     });
   } catch (const InputError&) {  // a full disk, or a folder in the file's place
   }
+}
+
+CacheLock::CacheLock()
+    : folder_(::open(cache_folder().c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC)) {
+  if (folder_ >= 0) ::flock(folder_, LOCK_EX);
+}
+
+CacheLock::~CacheLock() {
+  if (folder_ >= 0) ::close(folder_);
 }
 
 }  // namespace raywave

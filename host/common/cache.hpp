@@ -55,4 +55,16 @@ std::optional<std::vector<unsigned char>> load_cached(const std::string& name);
 /// that cannot be written is no error.
 void store_cached(const std::string& name, const void* data, std::size_t bytes);
 
+/// Waits until no other process holds it: for what one measures and all take from the cache.
+class CacheLock {
+public:
+  CacheLock();
+  ~CacheLock();
+  CacheLock(const CacheLock&) = delete;
+  CacheLock& operator=(const CacheLock&) = delete;
+
+private:
+  int folder_;
+};
+
 }  // namespace raywave

@@ -9,6 +9,7 @@
 #include <cstring>
 #include <fstream>
 #include <mutex>
+#include <optional>
 #include <type_traits>
 
 #include "host/common/cache.hpp"
@@ -170,7 +171,10 @@ LineFft::LineFft(std::size_t size, bool is_fast) : size_(size), plans_(std::make
   const auto file = wisdom_file();
   {
     const std::lock_guard lock(planner_mutex());
+    // Processes that begin together take one's plans, and round alike
+    std::optional<CacheLock> measures;
     if (is_measured) {
+      measures.emplace();
       if (const auto stored = load_cached(file))
         fftwf_import_wisdom_from_string(std::string(stored->begin(), stored->end()).c_str());
       known = exported_wisdom();

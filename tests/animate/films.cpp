@@ -8,6 +8,7 @@
 #include "host/animate/frame_files.hpp"
 #include "host/animate/videos.hpp"
 #include "host/common/cache.hpp"
+#include "host/common/child_program.hpp"
 #include "tests/support/render.hpp"
 
 namespace raywave {
@@ -101,10 +102,10 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
     INFO(made.err);
     REQUIRE(made.code == 0);
     CHECK(fs::file_size(desk.out("preview.mp4")) > 500);
-    VideoProgram decoder(*ffmpeg,
+    ChildProgram decoder(*ffmpeg,
                          {"-loglevel", "error", "-i", "holograms.mkv", "-f", "rawvideo", "-pix_fmt",
                           "gray", "pipe:1"},
-                         desk.out(""), VideoProgram::Held::output);
+                         desk.out(""), ChildProgram::Held::output);
     std::vector<std::uint8_t> video(14 * 48 * 32);
     decoder.read(video);
     decoder.finish();
@@ -121,10 +122,10 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
   const auto made = desk.run(words);
   INFO(made.err);
   REQUIRE(made.code == 0);
-  VideoProgram decoder(
+  ChildProgram decoder(
       *ffmpeg,
       {"-loglevel", "error", "-i", "preview.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
-      desk.out(""), VideoProgram::Held::output);
+      desk.out(""), ChildProgram::Held::output);
   std::vector<std::uint8_t> preview(7 * 650 * 10);
   decoder.read(preview);
   decoder.finish();
@@ -303,7 +304,7 @@ TEST_CASE("animate in colour writes files that are looked at one by one, and vid
     auto all = words;
     all.insert(all.begin(), {"-loglevel", "error", "-i"});
     all.insert(all.end(), {"-f", "rawvideo", "pipe:1"});
-    VideoProgram decoder(*ffmpeg, all, desk.out(""), VideoProgram::Held::output);
+    ChildProgram decoder(*ffmpeg, all, desk.out(""), ChildProgram::Held::output);
     std::vector<std::uint8_t> video(bytes);
     decoder.read(video);
     decoder.finish();
