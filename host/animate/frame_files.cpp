@@ -240,6 +240,9 @@ std::optional<int> FrameFiles::next() {
     return taken_ < missing_.size() ? std::optional(missing_[taken_++]) : std::nullopt;
   // Helpers share the place in the file
   if (::read(STDIN_FILENO, &picture, sizeof picture) != sizeof picture) return {};
+  if (picture < wanted_.first || picture >= wanted_.end)
+    throw InputError("standard input is no queue of another raywave's " + std::string(word()) +
+                     "s");
   return picture;
 }
 

@@ -300,7 +300,7 @@ void add_time(const Prediction& prediction, Rows& out) {
       << prediction.rates_of
       << (prediction.are_rates_measured ? "" : "; raywave tune measures this device")
       << ")\nfirst     the first picture takes "
-      << (prediction.kernels_s.value_or(0) > 0 ? "up to " : "")
+      << (prediction.kernels_s.value_or(0) > 0 ? "up to about " : "")
       << seconds(prediction.meshes_and_trees_s + prediction.kernels_s.value_or(0))
       << " more for meshes, trees and kernels"
       << (!prediction.kernels_s ? "; those that the device has not compiled yet take seconds, "

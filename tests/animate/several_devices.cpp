@@ -1,5 +1,9 @@
 // SPDX-License-Identifier: Apache-2.0
-/// One command on several devices: here a CPU that PoCL lists twice.
+// One command on several devices: here a CPU that PoCL lists twice.
+#include <fcntl.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include <chrono>
 #include <csignal>
 #include <cstddef>
@@ -14,6 +18,7 @@
 #include <vector>
 
 #include "cl/device.hpp"
+#include "host/common/child_program.hpp"
 #include "tests/animate/films.hpp"
 
 namespace raywave {
@@ -193,6 +198,17 @@ TEST_CASE("devices that cannot share a command are refused in plain words") {
     with.insert(with.end(), {"--device", desk.both});
     refused(with, 2, needs_one);
   }
+  // A queue of helpers that another program wrote
+  const auto numbers = desk.file("numbers");
+  std::ofstream(numbers, std::ios::binary) << std::string(64, '\x7f');
+  const int queue = ::open(numbers.c_str(), O_RDONLY | O_CLOEXEC);
+  ChildProgram helper(RAYWAVE_PROGRAM, {"animate", scene, "-o", out, "--pictures", "-"}, ".",
+                      ChildProgram::Held::output, queue);
+  ::close(queue);
+  const int status = helper.end();
+  CHECK(WIFEXITED(status));
+  CHECK(WEXITSTATUS(status) == 2);
+  CHECK_SAYS(helper.said(), "standard input is no queue of another raywave's pictures");
   // Devices that are unlike the default one are none of `all`
   CHECK(desk.run(desk.animate("out", "all"), desk.environment("pthread basic")).code == 0);
 }
