@@ -78,7 +78,7 @@ void run_lens(const LensArguments& options) {
   what.view = options.view.view();
   what.aperture = options.view.aperture();
   what.points = options.lens_points;
-  options.view.check_percentile();
+  options.view.check_exposure();
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
 
   const cl::Device device(options.device.info());
@@ -135,7 +135,7 @@ void run_preview(const LensArguments& options) {
   const auto& scenes = std::get<0>(read);
   const auto& world = std::get<1>(read);
   const auto& plans = std::get<2>(read);
-  options.view.check_percentile();
+  options.view.check_exposure();
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
   if (depths_m.size() > 1)
     throw InputError("-z: a preview shows all depths in focus, and measures one plane; give one");

@@ -380,6 +380,13 @@ void ViewOptions::add_to(CLI::App& command) {
       ->capture_default_str()
       ->group(group::pictures);
   command
+      .add_option(
+          "--white", white,
+          "What the PNG shows white, in the unit that is printed with each picture: one for "
+          "several depths or pupils; by --percentile when not given")
+      ->type_name("VALUE")
+      ->group(group::pictures);
+  command
       .add_option("--display-server", display_server,
                   "Show the pictures in tev, which is open there: localhost:14158")
       ->type_name("HOST:PORT")
@@ -410,9 +417,10 @@ glm::dvec2 ViewOptions::aperture() const {
   return {size, size};
 }
 
-void ViewOptions::check_percentile() const {
+void ViewOptions::check_exposure() const {
   if (!(percentile > 0 && percentile <= 100))
     throw InputError("--percentile: must be > 0 and <= 100");
+  if (white && !(*white > 0 && std::isfinite(*white))) throw InputError("--white: must be > 0");
 }
 
 std::filesystem::path program_folder() {
@@ -434,18 +442,18 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
   const bool in_colour = channels.size() > 1;
   auto seen = channels;
   for (auto& one : seen) one = blurred(one, blur_px);
-  const double white = white_of(seen, percentile);
+  const double shown_white = white.value_or(white_of(seen, percentile));
   const auto base = (std::filesystem::path(folder) / name).string();
   const int width = channels[0].width, height = channels[0].height;
-  save_picture(base + ".png", width, height, expose_to(seen, white));
+  save_picture(base + ".png", width, height, expose_to(seen, shown_white));
   save_picture(base + ".exr", width, height, interleaved(channels));
   if (!display_server.empty()) display(display_server, base, channels);
   if (report.prints_text())
-    std::printf("%s.png  %d x %d%s, seen %s%s%s, white = %s %.4g (percentile %g), .exr beside it\n",
-                base.c_str(), width, height, in_colour ? " in colour" : "", seen_by(frame.frame()),
+    std::printf("%s.png  %d x %d%s, seen %s%s%s, white = %s %.4g%s, .exr beside it\n", base.c_str(),
+                width, height, in_colour ? " in colour" : "", seen_by(frame.frame()),
                 pupil ? (" through a pupil of " + pupil_text(*pupil, frame.frame())).c_str() : "",
-                blur_px > 0 ? format(", blurred by %.3g px", blur_px).c_str() : "", quantity, white,
-                percentile);
+                blur_px > 0 ? format(", blurred by %.3g px", blur_px).c_str() : "", quantity,
+                shown_white, white ? "" : format(" (percentile %g)", percentile).c_str());
   Json told{{"z_m", z_m},
             {"png", base + ".png"},
             {"exr", base + ".exr"},
@@ -455,7 +463,8 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
             {"quantity", quantity}};
   if (in_colour) told["colour"] = "linear sRGB";
   if (pupil) told["pupil"] = json_of(*pupil);
-  told.update({{"white", white}, {"percentile", percentile}});
+  told["white"] = shown_white;
+  if (!white) told["percentile"] = percentile;
   return told;
 }
 

@@ -156,6 +156,7 @@ struct ViewOptions {
   std::string view_centre, aperture_size, folder, display_server;
   FrameOption frame;
   double percentile = 99.5;
+  std::optional<double> white;
 
   void add_to(CLI::App& command);
   bool is_part() const { return !view_centre.empty() || !aperture_size.empty(); }
@@ -163,7 +164,7 @@ struct ViewOptions {
   // Centre of the open part in half holograms, in the hologram's frame
   glm::dvec2 view() const;
   glm::dvec2 aperture() const;  // its size in holograms
-  void check_percentile() const;
+  void check_exposure() const;
 
   /// Saves STEM_95mm.png, exposed, and STEM_95mm.exr in the output folder, prints a line about
   /// them, and sends what the EXR holds to the display server. Returns what --json says of them.

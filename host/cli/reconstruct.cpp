@@ -213,7 +213,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   what.centre_m = options.centre_m();
   what.view = options.view.view();
   what.aperture = options.view.aperture();
-  options.view.check_percentile();
+  options.view.check_exposure();
   note_shift(options, given.each[0]);
   const auto viewer = options.viewer(given.each[0]);
   const auto told = report_beside(options.hologram.files.at(0));

@@ -94,7 +94,7 @@ bool waits_for(const std::function<bool()>& holds) {
   return holds();
 }
 
-TEST_CASE("a film that two devices share is, bit for bit, that of one") {
+TEST_CASE("a film that two devices share is, bit for bit, that of one", "[slow]") {
   TwoDevices desk;
   film(desk, 80);
   desk.made(desk.animate("one", desk.first));

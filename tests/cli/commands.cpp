@@ -150,6 +150,9 @@ TEST_CASE("--pupil looks through pupils, each in a picture of its own, and behin
   // Pictures are seen by the viewer, who has -x at the right
   CHECK(two.at(0).at("pupil").at("position_m").at(0) == -1e-3);
   CHECK(two.at(1).at("pupil").at("position_m").at(0) == 0.0);
+  CHECK(two.at(0).at("white") != two.at(1).at("white"));
+  for (const auto& one : pictures({"--pupil", "3mm@1mm,0", "--pupil", "scene", "--white", "0.125"}))
+    CHECK(one.at("white") == 0.125);
   CHECK(std::filesystem::exists(desk.file("views/reconstruction_10mm_eye2.exr")));
   for (const auto& [pupil, says] : {std::pair("3", "a unit is needed, as in 3mm"),
                                     {"3mm@1mm", "two parts"},
@@ -200,6 +203,7 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
   refused(field, {"-z", "10mm", "--view", "2,0"}, "--view");
   refused(field, {"-z", "10mm", "--view", "nan,0"}, "--view");
   refused(field, {"-z", "10mm", "--percentile", "0"}, "--percentile");
+  refused(field, {"-z", "10mm", "--white", "0"}, "--white: must be > 0");
   refused(field, {"-z", "400m"}, "-z 400 m: what the viewer makes out there is a blur of ");
   refused(desk.file("out"), {"-z", "10mm"}, "out\": is a folder; give its report.json, ");
   refused(desk.out("none.npy").string(), {"-z", "10mm"}, "none.npy");

@@ -253,7 +253,7 @@ TEST_CASE("unusable pictures are refused with the reason, before memory is taken
                 "is a picture of kind openexr, which may lose levels");
 }
 
-TEST_CASE("damaged pictures load or are refused in one line") {
+TEST_CASE("damaged pictures load or are refused in one line", "[slow]") {
   const Folder folder;
   save_picture(folder / "a.png", 16, 16, std::vector<std::uint8_t>(256, 100));
   save_picture(folder / "a.exr", 16, 16, std::vector<float>(256, 0.5f));

@@ -156,7 +156,7 @@ DEVICE_TEST("a hard-edged window costs what band limit and padding cost, below o
   CHECK(error > 1e-6);  // else the window is not hard
 }
 
-DEVICE_TEST("small planes send their light over long distances as the direct sum says") {
+DEVICE_TEST("small planes send their light over long distances as the direct sum says", "[slow]") {
   // Light of every pixel goes everywhere: noise has no picture that a fault would miss.
   const Setup cases[] = {
       {{240, 136}, {3.74 * um, 3.74 * um}, 532e-9, {0, 0}, 103 * mm},

@@ -183,7 +183,8 @@ private:
 
 DEVICE_TEST(
     "corrected and exact pictures are those of the angular spectrum, in windows wider than pixels "
-    "show from all of the hologram") {
+    "show from all of the hologram",
+    "[slow]") {
   // 0.7 and 2.4 times what pixels show to one side, at 5 degrees, and at 18 degrees an axis
   const double z_m = 1.5 * mm, near_m = 0.25 * mm;
   const Optics usual{{96, 60}, {3.74 * um, 3.74 * um}, 638e-9, 9 * um},

@@ -382,8 +382,8 @@ DEVICE_TEST("on a wall seen nearly edge-on one sample per cell stands for the wh
   }
 }
 
-DEVICE_TEST(
-    "edges of open meshes weigh no more than their cells, although two layers lie in each") {
+DEVICE_TEST("edges of open meshes weigh no more than their cells, although two layers lie in each",
+            "[slow]") {
   for (const bool closed : {true, false}) {
     Stage stage;
     auto ball = sphere({0, 0, 20e-3}, 0.3e-3, 60);

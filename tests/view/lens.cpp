@@ -95,7 +95,8 @@ DEVICE_TEST("a surface in focus shows its radiance inside and black outside, to 
 
 DEVICE_TEST(
     "an edge out of focus is a ramp as wide as the lens times the defocus, and moves with the "
-    "part looked through") {
+    "part looked through",
+    "[slow]") {
   struct Part {
     glm::dvec2 view, aperture, low, high;  // low, high: what is open, in half holograms
   };
@@ -212,7 +213,7 @@ DEVICE_TEST(
   }
 }
 
-DEVICE_TEST("a mirror shows a picture that is sharp at its mirrored depth") {
+DEVICE_TEST("a mirror shows a picture that is sharp at its mirrored depth", "[slow]") {
   auto mirror = shining(0);
   mirror.reflectivity = 0.5;
   // The square at 15 mm, seen from behind in the mirror at 20 mm, appears at 25 mm. Seen directly
@@ -233,7 +234,7 @@ DEVICE_TEST("a mirror shows a picture that is sharp at its mirrored depth") {
   CHECK(inside > 300);
 }
 
-DEVICE_TEST("glass of index one cannot be seen") {
+DEVICE_TEST("glass of index one cannot be seen", "[slow]") {
   auto glass = shining(0);
   glass.transparency = 1;
   glass.ior = 1;
