@@ -148,7 +148,7 @@ void run_preview(const LensArguments& options) {
   auto arrays = placing.get();
   const auto images = seen_by_lens(device, plans, arrays, what, [](double) {});
   const auto told = save(options, scenes, images, "preview", what);
-  if (told.at("white") == 0)
+  if (white_of(images, options.view.percentile) == 0)
     options.report.note(
         "nothing is seen in this picture: the scene lies outside its window, or gets no light on "
         "this side; a larger --window, another position or another [[light]] shows it");

@@ -442,7 +442,7 @@ Json ViewOptions::save(std::span<const Image> pictures, const std::string& name,
   const bool in_colour = channels.size() > 1;
   auto seen = channels;
   for (auto& one : seen) one = blurred(one, blur_px);
-  const double shown_white = white.value_or(white_of(seen, percentile));
+  const double shown_white = white ? *white : white_of(seen, percentile);
   const auto base = (std::filesystem::path(folder) / name).string();
   const int width = channels[0].width, height = channels[0].height;
   save_picture(base + ".png", width, height, expose_to(seen, shown_white));

@@ -275,14 +275,16 @@ TEST_CASE("preview has the lens's outlines within a pixel, and by default shows 
 
 TEST_CASE("preview warns of what a viewer does not see, and says that it is black") {
   const Desk desk;
-  const auto at = [&](const std::string& place) {
+  const auto at = [&](const std::string& place, const char* exposure = "--percentile") {
     return desk
         .run({"preview", desk.file("scene.toml"), "-o", desk.file("seen"), "--set",
-              "object.0.position=" + place})
+              "object.0.position=" + place, exposure, "99.5"})
         .err;
   };
   CHECK(at("[0, 0, '10 mm']").empty());
-  CHECK_SAYS(at("['50 mm', 0, '10 mm']"), "the scene begins 49.9 mm beside", "nothing is seen in");
+  for (const char* option : {"--percentile", "--white"})
+    CHECK_SAYS(at("['50 mm', 0, '10 mm']", option), "the scene begins 49.9 mm beside",
+               "nothing is seen in");
   CHECK_SAYS(at("[0, 0, '-500 mm']"), "behind the viewer's eye");
 }
 

@@ -1,5 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 // reconstruct, plan, devices and selftest as a person runs them.
+#include <algorithm>
 #include <cmath>
 #include <complex>
 #include <cstdio>
@@ -151,8 +152,14 @@ TEST_CASE("--pupil looks through pupils, each in a picture of its own, and behin
   CHECK(two.at(0).at("pupil").at("position_m").at(0) == -1e-3);
   CHECK(two.at(1).at("pupil").at("position_m").at(0) == 0.0);
   CHECK(two.at(0).at("white") != two.at(1).at("white"));
-  for (const auto& one : pictures({"--pupil", "3mm@1mm,0", "--pupil", "scene", "--white", "0.125"}))
-    CHECK(one.at("white") == 0.125);
+  for (const char* white : {"1e-9", "1e9"}) {
+    for (const auto& one :
+         pictures({"--pupil", "3mm@1mm,0", "--pupil", "scene", "--white", white})) {
+      CHECK(one.at("white") == std::stod(white));
+      const auto codes = load_levels(one.at("png").get<std::string>(), "").pixels;
+      CHECK(std::ranges::max(codes) == (std::stod(white) < 1 ? 1 : 0));
+    }
+  }
   CHECK(std::filesystem::exists(desk.file("views/reconstruction_10mm_eye2.exr")));
   for (const auto& [pupil, says] : {std::pair("3", "a unit is needed, as in 3mm"),
                                     {"3mm@1mm", "two parts"},
