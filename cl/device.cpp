@@ -58,6 +58,7 @@ DeviceInfo describe(const ::cl::Device& device, const std::string& index) {
   if (info.kind == DeviceKind::cpu)
     info.float_lanes =
         std::max(1, static_cast<int>(device.getInfo<CL_DEVICE_NATIVE_VECTOR_WIDTH_FLOAT>()));
+  if (info.kind == DeviceKind::accelerator) info.float_lanes = fpga_lanes;
   return info;
 }
 

@@ -36,6 +36,10 @@ struct WorkShape {
   bool operator==(const WorkShape&) const = default;
 };
 
+/// Samples side by side on accelerators, which are FPGAs: 8 complex ones are 64 bytes, as wide as a
+/// board's memory.
+constexpr int fpga_lanes = 8;
+
 struct DeviceInfo {
   std::string index;  // "0:1": platform and device within it
   std::string platform, name, vendor, version, driver;
@@ -44,7 +48,8 @@ struct DeviceInfo {
   std::uint64_t memory_bytes = 0, largest_buffer_bytes = 0, local_bytes = 0;
   bool fp64 = false;
   bool online_compiler = false;   // and RAYWAVE_PROGRAM_DIR does not forbid its use
-  int float_lanes = 1;            // native SIMD width in floats, 1 on GPUs
+  bool compiles_always = false;   // RAYWAVE_PROGRAM_DIR is for another device beside it
+  int float_lanes = 1;            // native SIMD width in floats, 1 on GPUs; see fpga_lanes
   std::optional<WorkShape> work;  // as measured; none: what suits devices of this kind
 };
 

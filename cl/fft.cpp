@@ -14,8 +14,8 @@ bool serves(FftBackend backend, const DeviceInfo& device) {
 }
 
 FftBackend default_backend(const DeviceInfo& device) {
-  if (device.kind == DeviceKind::cpu || !serves(FftBackend::clfft, device)) return FftBackend::host;
-  return device.kind == DeviceKind::gpu ? FftBackend::vkfft : FftBackend::clfft;
+  const bool is_gpu = device.kind == DeviceKind::gpu && serves(FftBackend::vkfft, device);
+  return is_gpu ? FftBackend::vkfft : FftBackend::host;
 }
 
 std::unique_ptr<Fft> make_fft(const Device& device, FftBackend backend, const FftShape& shape) {

@@ -17,8 +17,8 @@ using raywave::name_of;
 /// True when the back end can serve the device (clFFT and VkFFT need an online compiler).
 bool serves(FftBackend backend, const DeviceInfo& device);
 
-/// host on CPUs and devices without an online compiler, vkfft on GPUs (2.5 to 3.5 times as fast as
-/// clfft on an H100, docs/devices.md), else clfft.
+/// vkfft on GPUs with an online compiler (2.5 to 3.5 times as fast as clfft on an H100,
+/// docs/devices.md), else host.
 FftBackend default_backend(const DeviceInfo& device);
 
 /// Plane of ny rows of nx samples, row-major. Only its first live_ny rows and live_nx columns hold

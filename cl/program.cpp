@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program.hpp"
 
+#include <map>
+#include <set>
 #include <sstream>
 #include <utility>
 
@@ -36,9 +38,10 @@ std::string with_includes(const std::string& file, std::set<std::string>& seen) 
   return text;
 }
 
-std::string build_options(const Options& options) {
+std::string build_options(const Options& options, DeviceKind kind) {
   // Without -w, PoCL counts warnings on the screen: of wide vectors on processors without AVX-512
   std::string text = "-cl-std=CL1.2 -cl-kernel-arg-info -w";
+  if (kind == DeviceKind::accelerator) text += " -DRAYWAVE_FPGA";
   for (const auto& [option, value] : options)
     text += " -D" + std::string(option.name) + "=" + value;
   return text;
@@ -82,6 +85,28 @@ bool driver_keeps_programs(const DeviceInfo& device) {
 
 }  // namespace
 
+std::string one_source(const std::vector<ProgramSource>& programs) {
+  std::map<std::string, std::string> macros;
+  std::set<std::string> seen;
+  std::string text;
+  for (const auto& program : programs) {
+    std::istringstream flags(program.flags);
+    for (std::string flag; flags >> flag;) {
+      if (!flag.starts_with("-D")) continue;
+      const auto equals = flag.find('=');
+      const auto macro = flag.substr(2, equals - 2);
+      const auto value = equals == std::string::npos ? "" : flag.substr(equals + 1);
+      if (const auto it = macros.emplace(macro, value).first; it->second != value)
+        throw InputError("the programs need " + macro + "=" + it->second + " and " + macro + "=" +
+                         value + ", which one source does not hold; give scenes of equal settings");
+    }
+    text += with_includes(program.file, seen);
+  }
+  std::string defines;
+  for (const auto& [macro, value] : macros) defines += "#define " + macro + " " + value + "\n";
+  return defines + text;
+}
+
 Options with(Options options, const Options& more) {
   for (const auto& [option, value] : more) options[option] = value;
   return options;
@@ -91,13 +116,14 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     : device_(std::make_shared<Device>(device)), file_(file) {
   const CompileClock clock;
   std::set<std::string> seen;
-  const ProgramSource program{file, with_includes(file, seen), build_options(options)};
+  const ProgramSource program{file, with_includes(file, seen),
+                              build_options(options, device.info().kind)};
   refuse_unknown(options, program);
   const auto& source = program.text;
   const auto& flags = program.flags;
   const auto& info = device.info();
 
-  if (const auto folder = program_folder()) {
+  if (const auto folder = program_folder(); folder && !info.compiles_always) {
     const auto binary = load_program(*folder, program, info);
     try {
       program_ = loaded(device, binary, flags);
@@ -127,7 +153,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       binary && !binary->empty()) {
     try {
       of_device = program_ = loaded(device, *binary, flags);
-      record_program(program, [&] { return *binary; });
+      if (!info.compiles_always) record_program(program, [&] { return *binary; });
       return;
     } catch (const ::cl::Error&) {
       // The binary is damaged, or the driver has changed since: compile again.
@@ -151,7 +177,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
     const auto all = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
     return all.empty() ? std::vector<unsigned char>{} : all[0];
   };
-  record_program(program, binary);
+  if (!info.compiles_always) record_program(program, binary);
   if (by_driver) return;
   if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
 }
@@ -168,6 +194,10 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name,
       kernel_(std::move(kernel)),
       name_(std::move(name)),
       launched_(std::move(launched)) {
+  const auto items = checked(device_.info(), [&] {
+    return kernel_.getWorkGroupInfo<CL_KERNEL_COMPILE_WORK_GROUP_SIZE>(device_.handle());
+  });
+  is_single_item_ = items[0] * items[1] * items[2] == 1;
   argument_types_.resize(
       checked(device_.info(), [&] { return kernel_.getInfo<CL_KERNEL_NUM_ARGS>(); }));
   for (cl_uint i = 0; i < argument_types_.size(); ++i) {
@@ -223,6 +253,7 @@ void Kernel::launch_first(const ::cl::NDRange& global, const ::cl::NDRange& loca
 }
 
 void Kernel::enqueue(Range global, Range local) {
+  if (is_single_item_) global = local = {};
   if (needs_single_items(device_.info())) local = {1, global.y ? 1u : 0u, global.z ? 1u : 0u};
   const auto round_up = [](std::size_t n, std::size_t step) {
     return (n + step - 1) / step * step;

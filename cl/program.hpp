@@ -57,7 +57,8 @@ public:
   /// (some do not for programs from binaries).
   const std::vector<std::string>& argument_types() const { return argument_types_; }
 
-  /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`).
+  /// Enqueues the kernel over `global` work-items (rounded up to whole work-groups of `local`), or
+  /// as one work-item where it is of that form (kernels/common/items.h).
   /// Buffers pass their memory, everything else its value. A std::tuple passes each of its members:
   /// arrays that many kernels take are bundled once.
   ///
@@ -106,6 +107,7 @@ private:
   Device device_;
   ::cl::Kernel kernel_;
   std::string name_;
+  bool is_single_item_ = false;  // kernels/common/items.h
   std::vector<std::string> argument_types_;
   std::shared_ptr<std::set<std::string>> launched_;  // kernels of its program, by name
 };

@@ -86,8 +86,10 @@ void record_program(const ProgramSource& source,
                     const std::function<std::vector<unsigned char>()>& binary) {
   if (!recorder) return;
   const auto name = source.name();
-  auto& names = recorder->names_;
-  if (std::find(names.begin(), names.end(), name) != names.end()) return;
+  auto& programs = recorder->programs_;
+  if (std::any_of(programs.begin(), programs.end(),
+                  [&](const ProgramSource& other) { return other.name() == name; }))
+    return;
   const auto& folder = recorder->folder_;
   std::string digest = "-";
   if (recorder->binaries_) {
@@ -102,7 +104,7 @@ void record_program(const ProgramSource& source,
   std::string manifest;
   for (const auto& [entry, rest] : entries) manifest += entry + '\t' + rest + '\n';
   write_text(folder / manifest_name, manifest);
-  names.push_back(name);
+  programs.push_back(source);
 }
 
 }  // namespace raywave::cl

@@ -25,6 +25,12 @@ struct ProgramSource {
   std::string name() const;
 };
 
+/// All kernels of some programs in one text, which needs no options: an FPGA's one bitstream
+/// (cl/program.cpp).
+///
+/// throws  InputError when they need different values of an option
+std::string one_source(const std::vector<ProgramSource>& programs);
+
 /// Contents of NAME.bin in `folder`.
 ///
 /// throws  DeviceError naming the file, and the command that makes it, when it is not there or is
@@ -44,15 +50,15 @@ public:
   ProgramRecorder(const ProgramRecorder&) = delete;
   ProgramRecorder& operator=(const ProgramRecorder&) = delete;
 
-  /// Names of the programs written, in the order of being built.
-  const std::vector<std::string>& names() const { return names_; }
+  /// The programs written, in the order of being built.
+  const std::vector<ProgramSource>& programs() const { return programs_; }
 
 private:
   friend void record_program(const ProgramSource& source,
                              const std::function<std::vector<unsigned char>()>& binary);
   std::filesystem::path folder_;
   bool binaries_;
-  std::vector<std::string> names_;
+  std::vector<ProgramSource> programs_;
 };
 
 /// Whether a recorder lives.

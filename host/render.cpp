@@ -29,13 +29,21 @@ namespace raywave {
 namespace {
 
 /// The one place that chooses how light travels.
-std::unique_ptr<Carrier> make_carrier(const cl::Device& device, const Plan& plan,
-                                      CarrierOptions options, StageTimes& times) {
+std::unique_ptr<Carrier> make_carrier(const cl::Device& device, const cl::Device& waves_device,
+                                      const Plan& plan, CarrierOptions options, StageTimes& times) {
   if (plan.virtual_planes())
-    return std::make_unique<VirtualPlaneCarrier>(device, std::move(options), times);
+    return std::make_unique<VirtualPlaneCarrier>(device, waves_device, std::move(options), times);
   if (plan.is_at_hologram())
-    return std::make_unique<HologramCarrier>(device, std::move(options), times);
-  return std::make_unique<WrpCarrier>(device, std::move(options), times);
+    return std::make_unique<HologramCarrier>(device, device, std::move(options), times);
+  return std::make_unique<WrpCarrier>(device, device, std::move(options), times);
+}
+
+/// throws  InputError for a plan that two devices do not share
+void require_shared(const Plan& plan) {
+  if (!plan.virtual_planes() || plan.refine)
+    throw InputError(one_line(plan.scene_name) +
+                     ": two devices share what travels by virtual planes and is not refined; "
+                     "leave out --waves-on, one device computes this");
 }
 
 }  // namespace
@@ -84,6 +92,12 @@ struct Renderer::State {
   const Plan* base_plan(const Laser& laser) const;
   const FieldStack* refine_start(const Laser& laser) const;
   void report(const Laser& laser, const std::string& what, double share) const;
+
+  /// Has the planes and the hologram.
+  const cl::Device& waves_device() const {
+    return options_.waves_device ? *options_.waves_device : device_;
+  }
+  MemoryLimits limits() const;
 
   cl::Device device_;
   RenderOptions options_;
@@ -162,7 +176,9 @@ void Renderer::State::prepare(Laser& laser) {
   else if (laser.as_of != changes_)
     make_plan(laser);
   auto& carrier = laser.stages->carrier;
-  if (!carrier) carrier = make_carrier(device_, laser.plan, carrier_options(laser), times_);
+  if (options_.waves_device) require_shared(laser.plan);
+  if (!carrier)
+    carrier = make_carrier(device_, waves_device(), laser.plan, carrier_options(laser), times_);
   carrier->fit(laser.plan);
   const bool has_stayed = std::exchange(changes_of_device_, {}) == changes_;
   traced_.prepare(world_, laser.plan, has_stayed, [&] { carrier->release(); });
@@ -255,11 +271,20 @@ const FieldStack* Renderer::State::refine_start(const Laser& laser) const {
   return options_.refine_starts.empty() ? nullptr : &options_.refine_starts.at(number_of(laser));
 }
 
+/// What both devices have where there are two.
+MemoryLimits Renderer::State::limits() const {
+  auto least = limits_of(device_.info());
+  const auto other = limits_of(waves_device().info());
+  least.device_bytes = std::min(least.device_bytes, other.device_bytes);
+  least.largest_buffer_bytes = std::min(least.largest_buffer_bytes, other.largest_buffer_bytes);
+  return least;
+}
+
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan(Laser& laser) {
   auto& [scene, plan, cautions, stages, as_of] = laser;
   const auto limits =
-      limits_of(device_.info()).for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
+      this->limits().for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
   const MemoryUse use{options_.method, options_.fft, options_.keep_field,
                       options_.tile.has_value()};
   const auto* from = base_plan(laser);
@@ -279,7 +304,7 @@ void Renderer::State::make_first_plan(Laser& laser) {
   };
   stages.reset(new Stages{nullptr,
                           {device_, options_.fft, times_, std::move(progress)},
-                          {device_, options_.keep_field, times_},
+                          {waves_device(), options_.keep_field, times_},
                           {}});
 }
 
@@ -333,7 +358,8 @@ RenderResult Renderer::State::finish(Laser& laser) {
   result.samples = table ? table->count : 0;
   result.hidden_samples = table ? table->hidden : 0;
   report(laser, "done", 1);
-  result.device_peak_bytes = device_.peak_bytes();
+  result.device_peak_bytes =
+      device_.peak_bytes() + (options_.waves_device ? options_.waves_device->peak_bytes() : 0);
   auto times = std::exchange(times_, {});
   result.seconds = std::move(times.wall_s);
   result.processor_seconds = std::move(times.processor_s);

@@ -47,6 +47,9 @@ struct RenderOptions {
   // Only this tile of the plan, from which Renderer::set_tile goes on to others: levels and field
   // are as large as it. For Method::wrp, without refinement or slm.band
   std::optional<std::size_t> tile;
+  // Has the planes and the hologram, and encodes; rays and samples stay on the device itself. For
+  // light over virtual planes, without refinement. Empty: one device does it all
+  std::optional<cl::Device> waves_device;
   // RenderResult::clip of all pictures, which then share one scale; empty: each by itself
   std::optional<double> clip;
   Progress progress;

@@ -10,8 +10,12 @@
 
 namespace raywave {
 
-PlaneCarrier::PlaneCarrier(const cl::Device& device, CarrierOptions options, StageTimes& times)
-    : device_(device), options_(std::move(options)), times_(times) {}
+PlaneCarrier::PlaneCarrier(const cl::Device& device, const cl::Device& planes_device,
+                           CarrierOptions options, StageTimes& times)
+    : samples_device_(device),
+      device_(planes_device),
+      options_(std::move(options)),
+      times_(times) {}
 
 void PlaneCarrier::prepare(const DeviceScene& scene, std::shared_ptr<const SampleTable> table) {
   const StageClock clock(times_, "samples");
@@ -30,7 +34,7 @@ void PlaneCarrier::prepare(const DeviceScene& scene, std::shared_ptr<const Sampl
     has_source_ = true;
     built_for_ = key;
   }
-  device_.finish();
+  samples_device_.finish();
 }
 
 void PlaneCarrier::release() {

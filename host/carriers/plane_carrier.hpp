@@ -24,7 +24,10 @@ struct FilledPlane {
 
 class PlaneCarrier : public Carrier {
 public:
-  PlaneCarrier(const cl::Device& device, CarrierOptions options, StageTimes& times);
+  /// device         has the scene and its samples
+  /// planes_device  has the planes and the hologram: another for virtual planes alone
+  PlaneCarrier(const cl::Device& device, const cl::Device& planes_device, CarrierOptions options,
+               StageTimes& times);
 
   void prepare(const DeviceScene& scene, std::shared_ptr<const SampleTable> table) final;
   void release() final;
@@ -50,7 +53,7 @@ protected:
   /// throws  InputError for rays from the hologram where surfaces cross it
   void require_far_hits() const;
 
-  cl::Device device_;
+  cl::Device samples_device_, device_;
   CarrierOptions options_;
   StageTimes& times_;
   const Plan* plan_ = nullptr;

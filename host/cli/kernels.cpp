@@ -1,7 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
+#include <regex>
 
 #include "cl/program_folder.hpp"
 #include "host/cli/commands.hpp"
@@ -9,6 +12,7 @@
 #include "host/cli/options.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
+#include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/forecast/tuning.hpp"
@@ -25,32 +29,41 @@ struct KernelsArguments {
   bool strict = false;
   DeviceOptions device;
   ReportOptions report;
-  std::string folder;
-  bool sources = false;
+  std::string folder, target;
 };
+
+/// Whose compiler makes a bitstream of frame.cl.
+enum class Toolchain { aoc, vitis };
+constexpr auto names_of(Toolchain) { return std::array{"aoc", "v++"}; }
 
 /// What every scene and `raywave reconstruct` need.
 void use_shared(const cl::Device& device) {
   SlmSpec slm;
   slm.encoding = Encoding::phase;  // the self-test's
-  const Encoder encode(device, std::make_shared<Panel>(slm, glm::ivec2(1), glm::dvec2(1), 1));
-  const FieldStack hologram{16, 1, 1, std::vector<std::complex<float>>(16)};
   HologramSpec spec;
   spec.resolution = {16, 1};
+  const FieldStack hologram{16, 1, 1, std::vector<std::complex<float>>(16)};
+  Encoder encoder(device, std::make_shared<Panel>(slm, spec.resolution, glm::dvec2(1), 1));
+  encode(device, encoder, hologram);
   reconstruct(device, cl::FftBackend::host, hologram, spec, {});
 }
 
 /// What a scene needs follows from what is done with it, so that is done.
-void use(const cl::Device& device, const std::vector<Scene>& lasers, ProgressBar& bar) {
+///
+/// waves  whose programs are wanted, for levels alone; none: those of the device
+void use(const cl::Device& device, const std::optional<cl::Device>& waves,
+         const std::vector<Scene>& lasers, ProgressBar& bar) {
   RenderOptions how;
+  how.waves_device = waves;
   how.fft = cl::FftBackend::host;
   how.progress = [&](const std::string& what, double share) { bar.show(what, share); };
   const auto world = build_world(lasers[0]);
   std::vector<RenderResult> results;
   for (const bool keeps_field : {true, false}) {  // without it, levels may come of transforms
     how.keep_field = keeps_field;
-    results = Renderer(device, lasers, world, how).render_lasers();
+    if (!waves || !keeps_field) results = Renderer(device, lasers, world, how).render_lasers();
   }
+  if (waves) return;
   for (const auto& laser : results) {
     LensSpec lens;
     lens.z_m = laser.plan.extent.far_m;
@@ -60,42 +73,93 @@ void use(const cl::Device& device, const std::vector<Scene>& lasers, ProgressBar
   }
 }
 
+/// Makes frame.bin of frame.cl by an FPGA's toolchain, and NAME.bin of every program.
+std::string makefile_of(Toolchain toolchain, const std::vector<cl::ProgramSource>& programs,
+                        const std::string& frame) {
+  std::string names, kernels;
+  for (const auto& program : programs) names += " " + program.name();
+  const std::regex kernel("KERNEL void (\\w+)\\(");
+  for (auto it = std::sregex_iterator(frame.begin(), frame.end(), kernel);
+       it != std::sregex_iterator(); ++it)
+    kernels += " " + it->str(1);
+  std::string text =
+      "# Made by raywave kernels. BOARD: the name of the board's package, or its platform.\n"
+      "#   make emulate|report|build BOARD=...\n"
+      "#   RAYWAVE_PROGRAM_DIR=. raywave render SCENE -o out --no-field --waves-on FPGA\n"
+      ".PHONY: emulate report build programs\n"
+      "PROGRAMS =" +
+      names + "\n";
+  if (toolchain == Toolchain::aoc)
+    return text +
+           "emulate: FLAGS = -march=emulator\n"
+           "build: FLAGS = -board=$(BOARD)\n"
+           "emulate build: frame.cl\n"
+           "\taoc $(FLAGS) frame.cl -o frame.aocx\n"
+           "\tfor name in $(PROGRAMS); do cp frame.aocx $$name.bin || exit 1; done\n"
+           "report: frame.cl\n"
+           "\taoc -rtl -report -board=$(BOARD) frame.cl -o frame.aocr\n";
+  return text + "KERNELS =" + kernels +
+         "\n"
+         "emulate: TARGET = sw_emu\n"
+         "report: TARGET = hw_emu\n"
+         "build: TARGET = hw\n"
+         "emulate report build: frame.cl\n"
+         "\tfor kernel in $(KERNELS); do v++ -c -t $(TARGET) --platform $(BOARD) -k $$kernel "
+         "frame.cl -o $$kernel.xo || exit 1; done\n"
+         "\tv++ -l -t $(TARGET) --platform $(BOARD) $(KERNELS:%=%.xo) -o frame.xclbin\n"
+         "\tfor name in $(PROGRAMS); do cp frame.xclbin $$name.bin || exit 1; done\n";
+}
+
 void run_kernels(const KernelsArguments& options) {
   if (cl::program_folder())
     throw cl::DeviceError(
         "RAYWAVE_PROGRAM_DIR is set, which forbids to compile; raywave kernels needs it unset");
-  auto info = options.device.found();
-  if (options.sources) {
-    info.kind = cl::DeviceKind::accelerator;
-    info.float_lanes = 1;
-  } else if (!info.online_compiler) {
-    throw cl::DeviceError(
-        info.name + " has no online compiler; --sources writes what its offline compiler needs");
-  } else {
-    info = tuned(info);  // as it will be asked for
+  std::optional<Toolchain> toolchain;
+  if (!options.target.empty()) toolchain = choice_of<Toolchain>(options.target, "--target");
+  auto info = options.device.info();
+  auto waves_info = options.device.waves(info);
+  if (toolchain) {  // the device stands in for the FPGA
+    waves_info = info;
+    waves_info->kind = cl::DeviceKind::accelerator;
+    waves_info->float_lanes = cl::fpga_lanes;
+    waves_info->work = {};
+    info.compiles_always = true;
   }
+  for (const auto& one : {info, waves_info.value_or(info)})
+    if (!one.online_compiler)
+      throw cl::DeviceError(one.name +
+                            " has no online compiler; --target writes what an offline one needs");
   const cl::Device device(info);
+  std::optional<cl::Device> waves;
+  if (waves_info) waves.emplace(*waves_info);
   std::vector<std::vector<Scene>> scenes;
   for (const auto& file : options.scenes)
     scenes.push_back(load_all(file, options.set, options.strict, options.report));
 
-  const cl::ProgramRecorder recorder(options.folder, !options.sources);
-  use_shared(device);
+  const cl::ProgramRecorder recorder(options.folder, !toolchain);
+  if (!waves) use_shared(device);
   for (const auto& lasers : scenes) {
     ProgressBar bar(options.report.quiet);
-    use(device, lasers, bar);
+    use(device, waves, lasers, bar);
   }
+  const std::filesystem::path folder(options.folder);
+  const auto& programs = recorder.programs();
   std::vector<std::string> files;
-  for (const auto& name : recorder.names())
-    files.push_back(std::filesystem::path(options.folder) /
-                    (name + (options.sources ? ".cl" : ".bin")));
+  for (const auto& program : programs)
+    files.push_back(folder / (program.name() + (toolchain ? ".cl" : ".bin")));
+  if (toolchain) {
+    const auto frame = cl::one_source(programs);
+    write_text(folder / "frame.cl", frame);
+    write_text(folder / "Makefile", makefile_of(*toolchain, programs, frame));
+    files.insert(files.end(), {folder / "frame.cl", folder / "Makefile"});
+  }
+  const auto& name = waves_info.value_or(info).name;
   if (options.report.prints_text()) {
-    std::printf("%zu programs %s\n", files.size(),
-                options.sources ? "as sources" : ("for " + info.name).c_str());
+    std::printf("%zu programs for %s\n", programs.size(),
+                toolchain ? options.target.c_str() : name.c_str());
     for (const auto& file : files) std::printf("  %s\n", file.c_str());
   }
-  options.report.write(
-      Json{{"device", info.name}, {"sources", options.sources}, {"programs", files}});
+  options.report.write(Json{{"device", name}, {"target", options.target}, {"programs", files}});
 }
 
 }  // namespace
@@ -115,9 +179,11 @@ void add_kernels(CLI::App& app) {
   add_strict(*command, options->strict);
   options->device.add_device_to(*command);
   add_output(*command, options->folder, "binaries, sources and manifest.tsv")->required();
-  flag(*command, "--sources", options->sources, group::output,
-       "Only sources and compiler options, as GPUs and FPGAs need them; --device is "
-       "where the scenes are rendered");
+  options->device.add_waves_to(*command);
+  option(*command, "--target", options->target, "aoc|v++", group::output,
+         "For an FPGA that is not here: frame.cl with the kernels of --waves-on, and a Makefile "
+         "for this toolchain; --device renders the scenes meanwhile")
+      ->excludes("--waves-on");
   options->report.add_to(*command, "the list of programs");
   command->callback([options] { run_kernels(*options); });
 }

@@ -137,6 +137,21 @@ void DeviceOptions::add_to(CLI::App& command, bool takes_several) {
       ->group(group::device);
 }
 
+void DeviceOptions::add_waves_to(CLI::App& command) {
+  command
+      .add_option("--waves-on", waves_on,
+                  "A second device, an FPGA: gathers virtual planes and encodes; --device keeps "
+                  "rays and samples")
+      ->type_name("DEVICE")
+      ->group(group::device);
+}
+
+std::optional<cl::DeviceInfo> DeviceOptions::waves(cl::DeviceInfo& rays) const {
+  if (waves_on.empty()) return std::nullopt;
+  rays.compiles_always = true;
+  return tuned(cl::find_device(waves_on));
+}
+
 bool DeviceOptions::names_several() const {
   // Names may have commas, too
   return device == "all" || (device.find(',') != std::string::npos &&

@@ -65,10 +65,13 @@ struct SceneOptions {
 
 /// --device and --fft. Some commands take several devices: "0:0,0:1", or "all".
 struct DeviceOptions {
-  std::string device, fft;
+  std::string device, fft, waves_on;
 
   void add_device_to(CLI::App& command, bool takes_several = false);
   void add_to(CLI::App& command, bool takes_several = false);  // and --fft
+  void add_waves_to(CLI::App& command);                        // --waves-on
+  /// The device of --waves-on; none: that of --device does it all. `rays` compiles beside it.
+  std::optional<cl::DeviceInfo> waves(cl::DeviceInfo& rays) const;
   bool names_several() const;
   /// throws  InputError where several are named, DeviceError when there is no such device
   cl::DeviceInfo found() const;

@@ -156,6 +156,7 @@ void run_render(const RenderArguments& options) {
   if (!options.tiles.empty()) {
     for (const auto& [is_given, name] :
          {std::pair(options.save_wrps, "--save-wrps"), std::pair(options.rgb, "--rgb"),
+          std::pair(!options.device.waves_on.empty(), "--waves-on"),
           std::pair(options.method.method() != Method::wrp, "--method")})
       if (is_given)
         throw InputError(std::string(name) +
@@ -170,9 +171,12 @@ void run_render(const RenderArguments& options) {
     throw InputError("--rgb packs the holograms of three lasers, and the scene has " +
                      std::to_string(scenes.size()) +
                      ": leave it out, or give hologram.wavelength three");
-  const cl::Device device(options.device.info());
+  auto info = options.device.info();
+  const auto waves = options.device.waves(info);
+  const cl::Device device(info);
   RenderOptions how;
-  how.fft = options.device.backend(device.info());
+  if (waves) how.waves_device.emplace(*waves);
+  how.fft = options.device.backend(waves.value_or(info));
   how.method = options.method.method();
   if (options.goal.goal().any() && how.method != Method::wrp)
     throw InputError("--preset, --budget, --psnr and --rate plan --method wrp alone");
@@ -196,6 +200,7 @@ void run_render(const RenderArguments& options) {
   auto report = report_json(scenes, result, files, device.info(), how.fft);
   if (check) report["goal"] = json_of(*check);
   report["set"] = options.scene.set;
+  if (waves) report["waves_on"] = json_of(*waves);
   const auto text = out.finish(std::move(report), options.report);
 
   if (options.report.prints_text()) {
@@ -228,6 +233,7 @@ void add_render(CLI::App& app) {
   options->goal.add_to(*command);
   options->method.add_to(*command);
   options->device.add_to(*command, /*takes_several=*/true);
+  options->device.add_waves_to(*command);
   add_output(*command, options->out, "hologram.png, field.npy and report.json")->required();
   flag(*command, "--save-wrps", options->save_wrps, group::output,
        "Also write the field of every WRP or virtual plane (wrp_1.npy or "

@@ -96,10 +96,10 @@ private:
   bool is_renamed_ = false;
 };
 
-/// "hologram.1234-0.tmp.png"
+/// ".hologram.1234-0.tmp.png"
 fs::path temporary_beside(const fs::path& file) {
-  static std::atomic<unsigned> count{0};  // for several files at a time in one process
-  std::string name = file.stem().string();
+  static std::atomic<unsigned> count{0};          // for several files at a time in one process
+  std::string name = "." + file.stem().string();  // no pattern of files finds it
   name.append(".")
       .append(std::to_string(getpid()))
       .append("-")

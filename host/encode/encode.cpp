@@ -43,7 +43,6 @@ static_assert(static_cast<int>(Encoding::phase) == ENCODING_PHASE &&
 Encoder::Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel)
     : device_(device),
       panel_(std::move(panel)),
-      program_(device, "kernels/encode/encode.cl", options_of(device, *panel_)),
       added_(device, 1, "added phases"),
       beam_(device, 1, "light on pixels") {
   const auto fill = [&]<class Level>(LevelBuffers<Level>& to) {
@@ -107,13 +106,14 @@ double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
 }
 
 cl::Program& Encoder::program_of(const TileField& field) {
-  if (!field.transformed) return program_;
-  auto& program = of_transforms_[field.transformed->two_floats];
+  const bool transformed = field.transformed != nullptr,
+             two_floats = transformed && field.transformed->two_floats;
+  auto& program = programs_[transformed + two_floats];
   if (!program)
-    program.emplace(device_, "kernels/encode/encode.cl",
-                    cl::with(options_of(device_, *panel_),
-                             {{option::transformed, "1"},
-                              {option::two_floats, field.transformed->two_floats ? "1" : "0"}}));
+    program.emplace(
+        device_, "kernels/encode/encode.cl",
+        cl::with(options_of(device_, *panel_), {{option::transformed, transformed ? "1" : "0"},
+                                                {option::two_floats, two_floats ? "1" : "0"}}));
   return *program;
 }
 

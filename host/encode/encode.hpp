@@ -82,8 +82,7 @@ private:
 
   cl::Device device_;
   std::shared_ptr<const Panel> panel_;
-  cl::Program program_;
-  std::array<std::optional<cl::Program>, 2> of_transforms_;  // by TransformedPlane::two_floats
+  std::array<std::optional<cl::Program>, 3> programs_;  // of fields, transforms, of two floats
   cl::Buffer<std::uint16_t> added_;
   cl::Buffer<float> beam_;              // over one
   PixelWindow window_{{0, 0}, {0, 0}};  // of both

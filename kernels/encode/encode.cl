@@ -7,6 +7,7 @@
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it: CPUs
 // launch one work-item per row, GPUs one per packet. docs/slm.md gives formulas and papers.
 #include "kernels/common/complex_lanes.h"
+#include "kernels/common/items.h"
 #include "kernels/common/phase.h"
 #include "kernels/encode/options.h"
 #include "kernels/propagate/transformed.h"
@@ -181,66 +182,69 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
 // table  levels by phase or amplitude, where RAYWAVE_LEVEL_TABLE
 // levels_per_turn  where levels are proportional to the phase: at most RAYWAVE_GREY_LEVELS;
 //                  negative where the phase falls as levels rise
-__kernel void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
-                     const __global float* restrict beam, const __global LEVEL* restrict table,
-                     __global LEVEL* restrict levels, int nx, int ny, int x0, int y0,
-                     float inverse_clip, float least_lit, int levels_per_turn) {
-  const int row = (int)get_global_id(1);
-  if (row >= ny) return;
-  const Field from = FIELD_OF_PARAMETERS;
-  const size_t start = (size_t)nx * (size_t)row;
-  const int step = RAYWAVE_LANES * (int)get_global_size(0);
-  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
-    const intv x = x0 + i + LANES_INDEX;
-    const bool is_whole = i + RAYWAVE_LANES <= nx;
-    floatv amplitude, turns;
-    polar_field(&from, nx, i, row, &amplitude, &turns);
-    // Phases of what is nearly dark are as good as random: the checkerboard would shine there
-    if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE)
-      turns = LANES_SELECT(turns, (floatv)(0.0f), amplitude * inverse_clip < least_lit);
-    if (RAYWAVE_ADDED_TURNS && is_whole)
-      turns += TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
-    if (RAYWAVE_ADDED_TURNS && !is_whole) {
-      float more[RAYWAVE_LANES];
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
-        more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
-      turns += LANES_LOAD(more);
-    }
-    if (RAYWAVE_BEAM) {
-      float more[RAYWAVE_LANES];
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
-        more[lane] = lane < nx - i ? beam[start + i + lane] : 1.0f;
-      amplitude *= LANES_LOAD(more);
-    }
-    const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip, levels_per_turn);
-    if (is_whole) {
-      store_levels(found, table, levels + start + i);
-    } else {
-      int level[RAYWAVE_LANES];
-      LANES_STORE(found, level);
-      for (int lane = 0; lane < nx - i; ++lane)
-        levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (LEVEL)level[lane];
+SINGLE_ITEM_KERNEL void encode(FIELD_PARAMETERS, const __global ushort* restrict added,
+                               const __global float* restrict beam,
+                               const __global LEVEL* restrict table,
+                               __global LEVEL* restrict levels, int nx, int ny, int x0, int y0,
+                               float inverse_clip, float least_lit, int levels_per_turn) {
+  FOR_ITEMS(row, ny, get_global_id(1)) {
+    const Field from = FIELD_OF_PARAMETERS;
+    const size_t start = (size_t)nx * (size_t)row;
+    const int step = RAYWAVE_LANES * ITEMS(0);
+    for (int i = RAYWAVE_LANES * ITEM(0); i < nx; i += step) {
+      const intv x = x0 + i + LANES_INDEX;
+      const bool is_whole = i + RAYWAVE_LANES <= nx;
+      floatv amplitude, turns;
+      polar_field(&from, nx, i, row, &amplitude, &turns);
+      // Phases of what is nearly dark are as good as random: the checkerboard would shine there
+      if (RAYWAVE_ENCODING == ENCODING_DOUBLE_PHASE)
+        turns = LANES_SELECT(turns, (floatv)(0.0f), amplitude * inverse_clip < least_lit);
+      if (RAYWAVE_ADDED_TURNS && is_whole)
+        turns += TURNS_TO_FLOAT(LOAD_TURNS(added + start + i)) * TURNS_PER_UNIT;
+      if (RAYWAVE_ADDED_TURNS && !is_whole) {
+        float more[RAYWAVE_LANES];
+        for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+          more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
+        turns += LANES_LOAD(more);
+      }
+      if (RAYWAVE_BEAM) {
+        float more[RAYWAVE_LANES];
+        for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
+          more[lane] = lane < nx - i ? beam[start + i + lane] : 1.0f;
+        amplitude *= LANES_LOAD(more);
+      }
+      const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip, levels_per_turn);
+      if (is_whole) {
+        store_levels(found, table, levels + start + i);
+      } else {
+        int level[RAYWAVE_LANES];
+        LANES_STORE(found, level);
+        for (int lane = 0; lane < nx - i; ++lane)
+          levels[start + i + lane] = RAYWAVE_LEVEL_TABLE ? table[level[lane]] : (LEVEL)level[lane];
+      }
     }
   }
 }
 
 // Amplitudes of every stride-th sample of a field, row by row; beam as above.
-__kernel void sample_amplitudes(FIELD_PARAMETERS, int nx, const __global float* restrict beam,
-                                __global float* restrict amplitudes, uint stride, uint count) {
-  const uint i = (uint)get_global_id(0);
-  if (i >= count) return;
-  const Field from = FIELD_OF_PARAMETERS;
-  const size_t number = (size_t)i * stride;
+SINGLE_ITEM_KERNEL void sample_amplitudes(FIELD_PARAMETERS, int nx,
+                                          const __global float* restrict beam,
+                                          __global float* restrict amplitudes, uint stride,
+                                          uint count) {
+  FOR_ITEMS(i, (int)count, get_global_id(0)) {
+    const Field from = FIELD_OF_PARAMETERS;
+    const size_t number = (size_t)i * stride;
 #if RAYWAVE_TRANSFORMED
-  const int column = (int)(number % (size_t)nx), row = (int)(number / (size_t)nx);
-  const float2 u = transformed_row(&from, row)[column];
-  const float share = from.share_x[column] * from.share_y[row];
+    const int column = (int)(number % (size_t)nx), row = (int)(number / (size_t)nx);
+    const float2 u = transformed_row(&from, row)[column];
+    const float share = from.share_x[column] * from.share_y[row];
 #else
-  (void)nx;
-  const float2 u = from.samples[number];
-  const float share = 1.0f;
+    (void)nx;
+    const float2 u = from.samples[number];
+    const float share = 1.0f;
 #endif
-  const float larger = fmax(fabs(u.x), fabs(u.y)), smaller = fmin(fabs(u.x), fabs(u.y));
-  const float t = larger > 0.0f ? smaller / larger : 0.0f;
-  amplitudes[i] = larger * sqrt(1.0f + t * t) * share * (RAYWAVE_BEAM ? beam[number] : 1.0f);
+    const float larger = fmax(fabs(u.x), fabs(u.y)), smaller = fmin(fabs(u.x), fabs(u.y));
+    const float t = larger > 0.0f ? smaller / larger : 0.0f;
+    amplitudes[i] = larger * sqrt(1.0f + t * t) * share * (RAYWAVE_BEAM ? beam[number] : 1.0f);
+  }
 }

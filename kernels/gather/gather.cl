@@ -28,6 +28,7 @@
 // for all frames. OpenCL C 1.2.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/double_single.h"
+#include "kernels/common/items.h"
 #include "kernels/common/lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/common/shared.h"
@@ -232,93 +233,99 @@ __kernel void profile(__global const Light* lights, __global const Sample* sampl
   }
 }
 
-__kernel void gather(__global const Light* lights, __global const Sample* samples,
-                     __global const uint* visibility_masks, __global const uint* lit,
-                     __global const SamplePath* paths, __global const ProjectedSample* projected,
-                     int stride, __global const int* footprints, __global const float* profiles,
-                     int first_profile, __global const float2* phasors,
-                     __global const int* first_of_cell, int sample_count, int first_row,
-                     int last_row, int accumulate, Lattice lattice, GatherPlane plane,
-                     __global float2* field) {
-  const int first = (int)(get_global_id(2) * get_global_size(0) + get_global_id(0)) * RAYWAVE_LANES;
-  const int top = (int)get_global_id(1) * RAYWAVE_TILE_ROWS;
-  if (first >= plane.nx || top >= plane.ny) return;
-  const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
-  Tile tile;
-  tile.first = first;
-  tile.top = top;
-  tile.bottom = bottom;
-  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-    for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row)
-      tile.re[frame][row] = tile.im[frame][row] = 0.0f;
-  }
+SINGLE_ITEM_KERNEL void gather(__global const Light* lights, __global const Sample* samples,
+                               __global const uint* visibility_masks, __global const uint* lit,
+                               __global const SamplePath* paths,
+                               __global const ProjectedSample* projected, int stride,
+                               __global const int* footprints, __global const float* profiles,
+                               int first_profile, __global const float2* phasors,
+                               __global const int* first_of_cell, int sample_count, int first_row,
+                               int last_row, int accumulate, Lattice lattice, GatherPlane plane,
+                               __global float2* field) {
+  FOR_ITEMS(tile_row, TO_COVER(plane.ny, RAYWAVE_TILE_ROWS), get_global_id(1))
+  FOR_ITEMS(tile_column, TO_COVER(plane.nx, RAYWAVE_LANES),
+            get_global_id(2) * get_global_size(0) + get_global_id(0)) {
+    const int first = tile_column * RAYWAVE_LANES, top = tile_row * RAYWAVE_TILE_ROWS;
+    const int bottom = min(top + RAYWAVE_TILE_ROWS, plane.ny) - 1;
+    Tile tile;
+    tile.first = first;
+    tile.top = top;
+    tile.bottom = bottom;
+    for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+      for (int row = 0; row < RAYWAVE_TILE_ROWS; ++row)
+        tile.re[frame][row] = tile.im[frame][row] = 0.0f;
+    }
 
-  // Cells whose samples' footprints can touch the tile, with one more on each side against
-  // rounding.
-  const float cells = 1.0f / lattice.step;
-  const float left_x = plane.tangent_x + plane.tangent_step_x * (float)first;
-  const float right_x = plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1);
-  const float bottom_y = plane.tangent_y - plane.tangent_step_y * (float)bottom;
-  const float top_y = plane.tangent_y - plane.tangent_step_y * (float)top;
-  const float low_x = fmin(left_x, right_x) - plane.window_x,
-              high_x = fmax(left_x, right_x) + plane.window_x,
-              low_y = fmin(bottom_y, top_y) - plane.window_y,
-              high_y = fmax(bottom_y, top_y) + plane.window_y;
-  const int cell_left = max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
-  const int cell_right =
-      min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
-  const int cell_low =
-      max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
-  const int cell_high =
-      min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
+    // Cells whose samples' footprints can touch the tile, with one more on each side against
+    // rounding.
+    const float cells = 1.0f / lattice.step;
+    const float left_x = plane.tangent_x + plane.tangent_step_x * (float)first;
+    const float right_x =
+        plane.tangent_x + plane.tangent_step_x * (float)(first + RAYWAVE_LANES - 1);
+    const float bottom_y = plane.tangent_y - plane.tangent_step_y * (float)bottom;
+    const float top_y = plane.tangent_y - plane.tangent_step_y * (float)top;
+    const float low_x = fmin(left_x, right_x) - plane.window_x,
+                high_x = fmax(left_x, right_x) + plane.window_x,
+                low_y = fmin(bottom_y, top_y) - plane.window_y,
+                high_y = fmax(bottom_y, top_y) + plane.window_y;
+    const int cell_left =
+        max((int)clamp(low_x * cells - (float)lattice.first_x, -2.0f, 1e9f) - 1, 0);
+    const int cell_right =
+        min((int)clamp(high_x * cells - (float)lattice.first_x, -2.0f, 1e9f) + 1, lattice.nx - 1);
+    const int cell_low =
+        max((int)clamp(low_y * cells - (float)lattice.first_y, -2.0f, 1e9f) - 1, first_row);
+    const int cell_high =
+        min((int)clamp(high_y * cells - (float)lattice.first_y, -2.0f, 1e9f) + 1, last_row);
 
-  // Samples whose footprints touch the tile, a packet of samples at a time.
-  for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
-    const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
-    for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last;
-         begin += RAYWAVE_LANES) {
-      __global const int* footprint = footprints + begin;
-      const intv touches = (LANES_LOAD(footprint) < first + RAYWAVE_LANES) &
-                           (LANES_LOAD(footprint + stride) >= first) &
-                           (LANES_LOAD(footprint + 2 * stride) <= bottom) &
-                           (LANES_LOAD(footprint + 3 * stride) >= top) &
-                           (begin + LANES_INDEX < last);
-      if (!LANES_ANY(touches)) continue;
-      int touching[RAYWAVE_LANES];
-      LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), touches), touching);
-      for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
-        if (!touching[lane]) continue;
-        const size_t index = (size_t)(begin + lane);
-        const ProjectedSample p = projected[index];
-        __global const uint* visibility = visibility_masks + index * VISIBILITY_WORDS;
-        if (p.plane_waves) {
-          gather_plane_waves(profiles + (size_t)(p.profile - first_profile) * profile_size(&plane),
-                             visibility, &p, phasors + index, sample_count, &plane, &tile);
-        } else {
-          gather_spherical_wave(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
-                                samples + index, paths, visibility, &p, phasors + index,
-                                sample_count, &plane, &tile);
+    // Samples whose footprints touch the tile, a packet of samples at a time.
+    for (int cell_row = cell_low; cell_row <= cell_high && cell_left <= cell_right; ++cell_row) {
+      const int last = first_of_cell[cell_row * lattice.nx + cell_right + 1];
+      for (int begin = first_of_cell[cell_row * lattice.nx + cell_left]; begin < last;
+           begin += RAYWAVE_LANES) {
+        __global const int* footprint = footprints + begin;
+        const intv touches = (LANES_LOAD(footprint) < first + RAYWAVE_LANES) &
+                             (LANES_LOAD(footprint + stride) >= first) &
+                             (LANES_LOAD(footprint + 2 * stride) <= bottom) &
+                             (LANES_LOAD(footprint + 3 * stride) >= top) &
+                             (begin + LANES_INDEX < last);
+        if (!LANES_ANY(touches)) continue;
+        int touching[RAYWAVE_LANES];
+        LANES_STORE(LANES_SELECT((intv)(0), (intv)(1), touches), touching);
+        for (int lane = 0; lane < RAYWAVE_LANES; ++lane) {
+          if (!touching[lane]) continue;
+          const size_t index = (size_t)(begin + lane);
+          const ProjectedSample p = projected[index];
+          __global const uint* visibility = visibility_masks + index * VISIBILITY_WORDS;
+          if (p.plane_waves) {
+            gather_plane_waves(
+                profiles + (size_t)(p.profile - first_profile) * profile_size(&plane), visibility,
+                &p, phasors + index, sample_count, &plane, &tile);
+          } else {
+            gather_spherical_wave(lights, lit + index * (size_t)((RAYWAVE_LIGHTS + 31) / 32),
+                                  samples + index, paths, visibility, &p, phasors + index,
+                                  sample_count, &plane, &tile);
+          }
         }
       }
     }
-  }
 
-  // The tile's sums go to the field.
-  for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
-    for (int row = top; row <= bottom; ++row) {
-      const floatv re = tile.re[frame][row - top], im = tile.im[frame][row - top];
-      __global float2* out = field +
-                             ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx +
-                             (size_t)first;
-      if (first + RAYWAVE_LANES <= plane.nx && !accumulate) {
-        store_complex(re, im, out);
-        continue;
+    // The tile's sums go to the field.
+    for (int frame = 0; frame < RAYWAVE_FRAMES; ++frame) {
+      for (int row = top; row <= bottom; ++row) {
+        const floatv re = tile.re[frame][row - top], im = tile.im[frame][row - top];
+        __global float2* out = field +
+                               ((size_t)frame * (size_t)plane.ny + (size_t)row) * (size_t)plane.nx +
+                               (size_t)first;
+        if (first + RAYWAVE_LANES <= plane.nx && !accumulate) {
+          store_complex(re, im, out);
+          continue;
+        }
+        float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
+        LANES_STORE(re, res);
+        LANES_STORE(im, ims);
+        for (int i = 0; i < min(RAYWAVE_LANES, plane.nx - first); ++i)
+          out[i] = (float2)(res[i], ims[i]) + (accumulate ? out[i] : (float2)(0.0f, 0.0f));
       }
-      float res[RAYWAVE_LANES], ims[RAYWAVE_LANES];
-      LANES_STORE(re, res);
-      LANES_STORE(im, ims);
-      for (int i = 0; i < min(RAYWAVE_LANES, plane.nx - first); ++i)
-        out[i] = (float2)(res[i], ims[i]) + (accumulate ? out[i] : (float2)(0.0f, 0.0f));
     }
   }
 }

@@ -72,7 +72,7 @@ TEST_CASE(
     const Results usual = [&] {
       const cl::ProgramRecorder recorder(programs, true);
       const auto results = all_of(info, scene);
-      CHECK(recorder.names().size() >= 5);
+      CHECK(recorder.programs().size() >= 5);
       return results;
     }();
 
@@ -217,19 +217,115 @@ TEST_CASE(
   CHECK(run("RAYWAVE_PROGRAM_DIR=" + file("of_lasers") + " " + program + " render " + lasers +
             " -o " + file("lasers")) == 0);
 
-  CHECK(run(program + " kernels --sources -o " + file("sources") + " " + file("scene.toml")) == 0);
+  // For a toolchain: one source, of which it makes one binary
+  CHECK(run(program + " kernels --target v++ -o " + file("sources") + " " + file("scene.toml")) ==
+        0);
+  const auto frame = bytes_of(desk.folder() / "sources" / "frame.cl");
+  CHECK_SAYS(frame, "#define RAYWAVE_FPGA", "#define RAYWAVE_LANES 8", "gather_compact", "encode");
+  CHECK_THAT(frame, !ContainsSubstring("#include"));
+  // Stands for the toolchain; it takes what is compiled and linked
+  std::ofstream(desk.folder() / "v++") << "#!/bin/sh\necho \"$@\" >> log\n"
+                                          "for last; do :; done\n: > \"$last\"\n";
+  fs::permissions(desk.folder() / "v++", fs::perms::owner_all);
+  CHECK(run("cd " + file("sources") + " && PATH=..:$PATH make -s build BOARD=card") == 0);
+  const auto log = bytes_of(desk.folder() / "sources" / "log");
+  CHECK_SAYS(log, "-c -t hw --platform card -k gather_compact frame.cl -o gather_compact.xo",
+             "-k encode frame.cl -o encode.xo",
+             "-l -t hw --platform card gather_compact.xo encode.xo sample_amplitudes.xo -o "
+             "frame.xclbin");
   std::ifstream manifest(desk.folder() / "sources" / "manifest.tsv");
   int lines = 0;
-  for (std::string line; std::getline(manifest, line); ++lines) {
-    CHECK_SAYS(line, "\t-\t");
-    const auto source =
-        bytes_of(desk.folder() / "sources" / (line.substr(0, line.find('\t')) + ".cl"));
-    CHECK_SAYS(source, "__kernel");
-    CHECK_THAT(source, !ContainsSubstring("#include"));
-    CHECK((line.find("RAYWAVE_LANES") == std::string::npos ||
-           line.find("-DRAYWAVE_LANES=1") != std::string::npos));
+  for (std::string line; std::getline(manifest, line); ++lines)
+    CHECK(fs::exists(desk.folder() / "sources" / (line.substr(0, line.find('\t')) + ".bin")));
+  CHECK(lines == 2);
+}
+
+// FPGAs
+
+namespace {
+
+/// The device as one of another kind, with as many lanes as an FPGA.
+cl::DeviceInfo as(cl::DeviceKind kind, cl::DeviceInfo info) {
+  info.kind = kind;
+  info.float_lanes = cl::fpga_lanes;
+  info.work = {};
+  return info;
+}
+
+void check_same(const RenderResult& got, const RenderResult& wanted) {
+  REQUIRE(got.levels.size() == wanted.levels.size());
+  CHECK(got.levels == wanted.levels);
+  CHECK(got.field.samples == wanted.field.samples);
+  const auto& levels = got.levels.at(0);
+  CHECK(*std::max_element(levels.begin(), levels.end()) >
+        *std::min_element(levels.begin(), levels.end()));
+}
+
+}  // namespace
+
+DEVICE_TEST(
+    "as on an FPGA, one work-item computes the bits that a launch of an item for each packet "
+    "does") {
+  const Folder folder;
+  auto scene = small_scene(folder);
+  auto& spy = opencl_spy();
+  const std::map<WrpPropagation, std::set<std::string>> kernels{
+      {WrpPropagation::compact, {"gather_compact", "finish", "encode"}},
+      {WrpPropagation::spectrum, {"gather", "pad", "multiply_add", "crop", "encode"}}};
+  for (const auto& [way, names] : kernels) {
+    INFO(name_of(way));
+    scene.wrp.propagation = way;
+    RenderOptions options;
+    options.fft = cl::FftBackend::vkfft;
+    const auto wanted = render(cl::Device(as(cl::DeviceKind::gpu, device.info())), scene, options);
+    CHECK((wanted.plan.virtual_planes() != nullptr) == (way == WrpPropagation::compact));
+    spy.launched_alone.clear();
+    check_same(render(cl::Device(as(cl::DeviceKind::accelerator, device.info())), scene, options),
+               wanted);
+    for (const auto& name : names) {
+      INFO(name);
+      CHECK(spy.launched_alone.contains(name));
+    }
   }
-  CHECK(lines >= 5);
+}
+
+DEVICE_TEST(
+    "two devices, the second with the binary of one source alone, compute what one device does") {
+  const Folder folder;
+  auto scene = small_scene(folder);
+  scene.sampling.frames = 1;
+  auto info = device.info();
+  info.float_lanes = cl::fpga_lanes;
+  const auto other = as(cl::DeviceKind::accelerator, info);
+  RenderOptions options{.fft = cl::FftBackend::host, .keep_field = false};
+  const auto wanted = render(cl::Device(info), scene, options);
+  REQUIRE(wanted.plan.virtual_planes());
+
+  info.compiles_always = true;
+  const auto shared = [&] {
+    options.waves_device.emplace(other);
+    return render(cl::Device(info), scene, options);
+  };
+  const auto programs = folder / "programs";
+  {
+    const cl::ProgramRecorder recorder(programs, false);
+    check_same(shared(), wanted);
+    REQUIRE(recorder.programs().size() == 2);
+    const ::cl::Program frame(device.context(), cl::one_source(recorder.programs()));
+    frame.build("-cl-std=CL1.2 -cl-kernel-arg-info -w");
+    const auto binary = frame.getInfo<CL_PROGRAM_BINARIES>().at(0);
+    for (const auto& program : recorder.programs())
+      std::ofstream(programs / (program.name() + ".bin"), std::ios::binary)
+          .write(reinterpret_cast<const char*>(binary.data()),
+                 static_cast<std::streamsize>(binary.size()));
+  }
+  const Environment ahead(variable, programs.string());
+  const auto got = shared();
+  check_same(got, wanted);
+  CHECK_SAYS(got.notes.back(), "of samples crossed, and", "to the host's FFT and back");
+
+  scene.wrp.propagation = WrpPropagation::spectrum;
+  CHECK_THROWS_WITH(shared(), ContainsSubstring("leave out --waves-on"));
 }
 
 }  // namespace raywave

@@ -48,7 +48,7 @@ std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
     add(cl::DeviceKind::cpu, 4);
   }
   if (!tracks) {
-    add(cl::DeviceKind::cpu, 8);
+    add(cl::DeviceKind::accelerator, cl::fpga_lanes);
     add(cl::DeviceKind::cpu, 16);
   }
   return shapes;
@@ -57,7 +57,7 @@ std::vector<cl::DeviceInfo> shapes_of(const cl::DeviceInfo& device) {
 Names declared_kernels() {
   Names names;
   // Kernels of kernels/common/scan.cl are there for two types
-  const std::regex declaration(R"(__kernel\s+void\s+(\w+)(##T)?\s*\()");
+  const std::regex declaration(R"((?:__kernel|SINGLE_ITEM_KERNEL)\s+void\s+(\w+)(##T)?\s*\()");
   for (const auto& [file, text] : cl::kernel_files()) {
     for (std::sregex_iterator it(text.begin(), text.end(), declaration), end; it != end; ++it) {
       names.insert((*it)[1].str() + ((*it)[2].matched ? "int" : ""));

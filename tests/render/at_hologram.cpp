@@ -316,7 +316,7 @@ DEVICE_TEST(
   CHECK(difference < 0.01 * all);
   const auto plan = make_plan(image.scene, image.world, Method::rays);
   StageTimes times;
-  HologramCarrier by_rays(device, {}, times);
+  HologramCarrier by_rays(device, device, {}, times);
   CHECK_REFUSED(by_rays.fit(plan), "leave out --method rays");
 }
 

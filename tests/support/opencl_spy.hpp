@@ -11,6 +11,7 @@
 #include <cstdlib>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <set>
 #include <string>
 #include <vector>
@@ -30,11 +31,11 @@ struct OpenclSpy {
   /// buffer that reuses the handle of a released one. Fills and maps therefore become plain writes
   /// here, and no handle is reused.
   bool canaries = true;
-  bool refuse_compiler = false;  // programs are built from binaries only
-  int queues_left = -1;          // that may be made; -1: any number
-  std::set<std::string> launched;
-  std::size_t largest_group = 0;     // of those launched, along any dimension
-  int watched = 0;                   // number of buffers whose canary was checked
+  bool refuse_compiler = false;                    // programs are built from binaries only
+  int queues_left = -1;                            // that may be made; -1: any number
+  std::set<std::string> launched, launched_alone;  // alone: as one work-item
+  std::size_t largest_group = 0;                   // of those launched, along any dimension
+  int watched = 0;                                 // number of buffers whose canary was checked
   std::vector<std::size_t> overrun;  // sizes in bytes of buffers whose canary was overwritten
 
   /// A copy of a whole buffer, or of its rows, to the host.
@@ -264,6 +265,8 @@ cl_int clEnqueueNDRangeKernel(cl_command_queue queue, cl_kernel kernel, cl_uint 
     opencl_spy().launched_on.insert(queue);
     auto& largest = opencl_spy().largest_group;
     for (cl_uint i = 0; local && i < dimensions; ++i) largest = std::max(largest, local[i]);
+    if (std::accumulate(global, global + dimensions, std::size_t{1}, std::multiplies<>()) == 1)
+      opencl_spy().launched_alone.insert(name);
   }
   return real(queue, kernel, dimensions, offset, global, local, events, wait, event);
 }

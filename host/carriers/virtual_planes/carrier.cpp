@@ -20,7 +20,7 @@ void VirtualPlaneCarrier::fit(const Plan& plan) {
 
 void VirtualPlaneCarrier::make_source(const DeviceScene& scene, const SampleTable* table,
                                       int frames) {
-  gatherer_.emplace(device_, *plan_, scene, *table, frames);
+  gatherer_.emplace(samples_device_, *plan_, scene, *table, frames, std::nullopt, device_);
 }
 
 PlanePart VirtualPlaneCarrier::fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool is_whole) {
@@ -35,6 +35,8 @@ void VirtualPlaneCarrier::add(const Wrp& wrp, bool is_first, const FilledPlane& 
   else
     propagator_->add(plane.stack, plane.plane, plane.lit, wrp.centre_m.z, is_first, field_);
   device_.finish();
+  if (is_on_two_devices() && options_.fft == cl::FftBackend::host)
+    plane_bytes_ += 2 * plane.stack.size() * sizeof(std::complex<float>);
 }
 
 TileField VirtualPlaneCarrier::sum() {
@@ -45,6 +47,11 @@ TileField VirtualPlaneCarrier::sum() {
 void VirtualPlaneCarrier::add_notes(std::vector<std::string>& notes) const {
   for (auto& warning : warnings_of(*plan_->virtual_planes(), *plan_))
     notes.push_back(std::move(warning));
+  if (is_on_two_devices())
+    notes.push_back("samples on " + samples_device_.info().name + ", planes and levels on " +
+                    device_.info().name + ": " + cl::format_bytes(gatherer_->crossed_bytes()) +
+                    " of samples crossed, and " + cl::format_bytes(plane_bytes_) +
+                    " of planes to the host's FFT and back");
 }
 
 }  // namespace raywave

@@ -26,10 +26,13 @@ private:
   void add(const Wrp& wrp, bool is_first, const FilledPlane& plane) override;
   TileField sum() override;
 
+  bool is_on_two_devices() const { return samples_device_.queue()() != device_.queue()(); }
+
   std::optional<CompactGatherer> gatherer_;
   std::optional<CompactPropagator> propagator_;
   bool hands_on_transforms_ = false;  // encodes_transforms
   std::optional<TransformedPlane> transformed_;
+  std::uint64_t plane_bytes_ = 0;  // that crossed, of two devices
 };
 
 }  // namespace raywave

@@ -45,22 +45,28 @@ int knots_for(const Plan& plan, const DepthLayer& layer) {
 
 CompactGatherer::CompactGatherer(const cl::Device& device, const Plan& plan,
                                  const DeviceScene& scene, const SampleTable& table, int frames,
-                                 std::optional<Counting> bins)
+                                 std::optional<Counting> bins, std::optional<cl::Device> planes)
     : plan_(plan),
       scene_(scene),
       table_(table),
       frames_(frames),
+      device_(device),
+      planes_device_(planes.value_or(device)),
       lanes_(lanes_for(device.info())),
-      tile_rows_(lanes_ == 1  ? 1
-                 : frames > 4 ? 4
-                              : COMPACT_BIN),
+      plane_lanes_(lanes_for(planes_device_.info())),
+      tile_rows_(plane_lanes_ == 1 ? 1
+                 : frames > 4      ? 4
+                                   : COMPACT_BIN),
       program_(device, "kernels/gather/compact.cl",
                gather_options(device, plan, scene, table, frames, tile_rows_)),
       aim_(program_.kernel("aim")),
       draw_phases_(program_.kernel("draw_phases")),
       profile_(program_.kernel("profile")),
-      gather_(program_.kernel("gather_compact")),
-      device_(device),
+      gather_program_(planes_device_, "kernels/gather/compact_gather.cl",
+                      {{option::lanes, std::to_string(plane_lanes_)},
+                       {option::frames, std::to_string(frames)},
+                       {option::tile_rows, std::to_string(tile_rows_)}}),
+      gather_(gather_program_.kernel("gather_compact")),
       bins_(device, plan.scene_name, bins.value_or(counting_of(device.info()))) {}
 
 std::vector<device::CompactFootprint> CompactGatherer::footprints() const {
@@ -258,12 +264,22 @@ void CompactGatherer::make_weights(const Wrp& wrp, const device::CompactPlane& p
   upload(device_, table, weights_, "weights of nodes");
 }
 
+template <class T>
+const cl::Buffer<T>& CompactGatherer::at_planes(const cl::Buffer<T>& from, std::size_t count,
+                                                cl::Buffer<T>& copy) {
+  if (planes_device_.queue()() == device_.queue()()) return from;
+  make_room(planes_device_, copy, count, "samples beside their device");
+  from.on_host([&](std::span<const T> data) { copy.write(data); }, 0, count);
+  crossed_bytes_ += count * sizeof(T);
+  return copy;
+}
+
 PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool is_whole) {
   const auto plane = plane_of(wrp);
   const glm::ivec2 size{plane.nx, plane.ny};
   const auto lanes = static_cast<std::size_t>(lanes_);
   const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
-      local = lanes_ == 1 ? cl::Range{COMPACT_BIN, 4} : cl::Range{1, 1};
+      local = plane_lanes_ == 1 ? cl::Range{COMPACT_BIN, 4} : cl::Range{1, 1};
   if (table_.count > 0)
     aim_.run({(static_cast<std::size_t>(table_.count) + lanes - 1) / lanes}, group, scene_.lights,
              table_.samples, table_.lit, table_.paths, table_.count, plane, footprints_, seen_);
@@ -278,6 +294,14 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
     profiles_ = {device_, floats + floats / 8, "profiles of samples"};
   }
 
+  const auto& footprints = at_planes(footprints_, footprints_.size(), copies_.footprints);
+  const auto& offsets = at_planes(bins_.offsets, bins_.offsets.size(), copies_.offsets);
+  const auto& phasors = at_planes(phasors_, phasors_.size(), copies_.phasors);
+  const auto& first_of_bin =
+      at_planes(bins_.first_of_bin, bins_.first_of_bin.size(), copies_.first_of_bin);
+  const auto& bin_samples =
+      at_planes(bins_.bin_samples, bins_.bin_samples.size(), copies_.bin_samples);
+  const auto& is_fresh = at_planes(bins_.is_fresh, bins_.is_fresh.size(), copies_.is_fresh);
   const int down = size.y / COMPACT_BIN;
   std::size_t fresh = 0;
   for (const auto& batch : bins_.batches) {
@@ -287,12 +311,12 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
                    table_.lit, table_.visibility_masks, table_.paths, footprints_, seen_,
                    bins_.lit_samples, bins_.offsets, twiddles_, weights_, batch.first_sample,
                    batch.samples, plane, profiles_);
-    gather_.run({static_cast<std::size_t>(size.x / lanes_),
-                 static_cast<std::size_t>(batch.rows * COMPACT_BIN / tile_rows_)},
-                local, footprints_, bins_.offsets, profiles_, phasors_, table_.count,
-                bins_.first_of_bin, bins_.bin_samples, bins_.is_fresh,
-                static_cast<std::int32_t>(fresh), batch.first_bin,
-                (batch.first_row % down + down) % down, plane, field);
+    const std::int32_t strips = batch.rows * COMPACT_BIN / tile_rows_;
+    const auto& profiles = at_planes(profiles_, batch.floats + COMPACT_PACKET, copies_.profiles);
+    gather_.run({static_cast<std::size_t>(size.x / plane_lanes_), static_cast<std::size_t>(strips)},
+                local, footprints, offsets, profiles, phasors, table_.count, first_of_bin,
+                bin_samples, is_fresh, static_cast<std::int32_t>(fresh), batch.first_bin,
+                (batch.first_row % down + down) % down, strips, plane, field);
     fresh += static_cast<std::size_t>(batch.rows);
   }
   return bins_.lit;
