@@ -4,6 +4,7 @@
 #include <algorithm>
 
 #include "cl/device.hpp"
+#include "host/common/rehearsal.hpp"
 
 namespace raywave::cl {
 
@@ -74,6 +75,7 @@ Memory::Memory(const Device& device, std::size_t bytes, const std::string& name)
                       error_text(error.err()));
   }
   bytes_ = bytes;
+  if (is_rehearsal) fill_zero(bytes);
   auto& meter = *device_->meter_;
   meter.now += bytes_;
   meter.peak = std::max(meter.peak, meter.now);

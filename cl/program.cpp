@@ -1,11 +1,13 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "cl/program.hpp"
 
+#include <fstream>
 #include <map>
 #include <set>
 #include <sstream>
 #include <utility>
 
+#include "cl/compile_ahead.hpp"
 #include "cl/device.hpp"
 #include "cl/program_folder.hpp"
 #include "host/common/cache.hpp"
@@ -76,6 +78,17 @@ void refuse_unknown(const Options& options, const ProgramSource& program) {
   return program;
 }
 
+/// Whether PoCL's cache has had this program before; it has from now on. A run that was stopped may
+/// have left out some of its kernels.
+bool is_marked(const std::string& program) {
+  const auto folder = pocl_cache_folder();
+  const auto mark = folder / (".raywave-" + program);
+  std::error_code error;
+  if (folder.empty() || std::filesystem::exists(mark, error)) return true;
+  std::ofstream make(mark);
+  return false;
+}
+
 /// Whether the driver keeps what it has compiled. A binary would make PoCL compile every kernel
 /// once more, for groups of any size.
 bool driver_keeps_programs(const DeviceInfo& device) {
@@ -113,7 +126,8 @@ Options with(Options options, const Options& more) {
 }
 
 Program::Program(const Device& device, const std::string& file, const Options& options)
-    : device_(std::make_shared<Device>(device)), file_(file) {
+    : device_(std::make_shared<Device>(device)), file_(file), options_(options) {
+  if (is_rehearsal) return;
   const CompileClock clock;
   std::set<std::string> seen;
   const ProgramSource program{file, with_includes(file, seen),
@@ -159,6 +173,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
+  if (by_driver && !is_marked(cached)) CompileAhead::begin();
   driver_works_on(file + " on " + info.name, missing_tool(info));
   ::cl::Program compiled;
   try {
@@ -182,7 +197,35 @@ Program::Program(const Device& device, const std::string& file, const Options& o
   if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
 }
 
+namespace {
+
+/// A kernel that a rehearsal has asked for.
+struct Rehearsed {
+  Device device;
+  std::string file;
+  Options options;
+  std::string kernel;
+  Range local;  // groups of one item where none was launched
+};
+
+std::vector<Rehearsed>& rehearsed() {
+  static std::vector<Rehearsed> all;
+  return all;
+}
+
+}  // namespace
+
+void compile_rehearsed() {
+  const auto all = std::exchange(rehearsed(), {});
+  for (auto it = all.rbegin(); it != all.rend(); ++it)
+    Program(it->device, it->file, it->options).kernel(it->kernel).compile(it->local);
+}
+
 Kernel Program::kernel(const std::string& name) const {
+  if (is_rehearsal) {
+    rehearsed().push_back({*device_, file_, options_, name, {}});
+    return Kernel(*device_, {}, name, launched_);
+  }
   return Kernel(*device_,
                 checked(device_->info(), [&] { return ::cl::Kernel(program_, name.c_str()); }),
                 file_ + ": " + name, launched_);
@@ -194,6 +237,10 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name,
       kernel_(std::move(kernel)),
       name_(std::move(name)),
       launched_(std::move(launched)) {
+  if (is_rehearsal) {
+    rehearsed_ = rehearsed().size() - 1;
+    return;
+  }
   const auto items = checked(device_.info(), [&] {
     return kernel_.getWorkGroupInfo<CL_KERNEL_COMPILE_WORK_GROUP_SIZE>(device_.handle());
   });
@@ -210,6 +257,25 @@ Kernel::Kernel(Device device, ::cl::Kernel kernel, std::string name,
       // Programs from binaries may not give the types.
     }
   }
+}
+
+void Kernel::rehearse(Range local) const { rehearsed().at(rehearsed_).local = local; }
+
+void Kernel::compile(Range local) {
+  constexpr std::size_t most_bytes = 4096;  // of an argument that is no buffer
+  const std::vector<float> zeros(1 << 18);
+  const Buffer<float> buffer(device_, zeros, "arguments");
+  for (cl_uint i = 0; i < argument_types_.size(); ++i) {
+    if (kernel_.getArgInfo<CL_KERNEL_ARG_ADDRESS_QUALIFIER>(i) == CL_KERNEL_ARG_ADDRESS_GLOBAL) {
+      kernel_.setArg(i, buffer.handle());
+      continue;
+    }
+    // PoCL takes no other size than the argument's
+    auto bytes = most_bytes;
+    while (bytes > 0 && clSetKernelArg(kernel_(), i, bytes, zeros.data()) != CL_SUCCESS) --bytes;
+  }
+  enqueue(local, local);
+  device_.finish();
 }
 
 void Kernel::check_count(std::size_t given) const {

@@ -12,6 +12,7 @@
 #include <tuple>
 
 #include "cl/buffer.hpp"
+#include "host/common/rehearsal.hpp"
 
 namespace raywave::cl {
 
@@ -66,11 +67,16 @@ public:
   ///         when the launch fails
   template <class... Args>
   void run(Range global, Range local, const Args&... args) {
+    if (is_rehearsal) return rehearse(local);
     check_count((count_of(args) + ... + 0));
     cl_uint i = 0;
     (pass(i, args), ...);
     enqueue(global, local);
   }
+
+  /// Makes PoCL compile the kernel for such groups: launches one, with arguments that are zero,
+  /// which has nothing to do.
+  void compile(Range local);
 
 private:
   template <class T>
@@ -102,12 +108,14 @@ private:
   void check_count(std::size_t given) const;
   void check_type(cl_uint i, const std::string& given) const;
   void enqueue(Range global, Range local);
+  void rehearse(Range local) const;
   void launch_first(const ::cl::NDRange& global, const ::cl::NDRange& local);
 
   Device device_;
   ::cl::Kernel kernel_;
   std::string name_;
   bool is_single_item_ = false;  // kernels/common/items.h
+  std::size_t rehearsed_ = 0;    // among those that rehearsals have asked for
   std::vector<std::string> argument_types_;
   std::shared_ptr<std::set<std::string>> launched_;  // kernels of its program, by name
 };
@@ -128,6 +136,7 @@ private:
   std::shared_ptr<Device> device_;
   ::cl::Program program_;
   std::string file_;
+  Options options_;
   std::shared_ptr<std::set<std::string>> launched_ = std::make_shared<std::set<std::string>>();
 };
 

@@ -93,6 +93,9 @@ public:
   /// throws    InputError when a file cannot be written, DeviceError for the device
   AnimateResult make_frames(FrameFiles& files, const Progress& progress) const;
 
+  /// Computes the first picture, for what that compiles.
+  void make_first() const { renderer({}).render_lasers(); }
+
   class Pictures;
 
 private:

@@ -12,6 +12,7 @@
 #include <utility>
 #include <vector>
 
+#include "cl/compile_ahead.hpp"
 #include "host/animate/videos.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -148,6 +149,12 @@ std::vector<std::string> words_of(const AnimateArguments& options) {
 
 void run_animate(const AnimateArguments& options) {
   if (options.pictures == from_queue) return help_animate(options);
+  const cl::CompileAhead ahead([&] {
+    auto moving = load_moving(options.scene, options.report);
+    const cl::Device device(options.device.all()[0]);
+    choose(options.goal.goal(), moving, device);
+    Animator(device, moving, options.device.backend(device.info())).make_first();
+  });
   auto scenes = load_moving(options.scene, options.report);
   const auto wanted =
       range_of("--pictures", options.pictures, "picture", scenes[0].animation->pictures);

@@ -14,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "cl/compile_ahead.hpp"
 #include "host/carriers/planning/facts.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -24,6 +25,7 @@
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
+#include "host/common/rehearsal.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/pictures.hpp"
 #include "host/evaluate/goal_check.hpp"
@@ -140,6 +142,7 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
   const auto warning = colour_warning(scenes, world);
   const auto judged = goal.psnr_db ? world : World();
   auto result = render(device, scenes, std::move(world), how);
+  if (is_rehearsal) return result;
   result.lasers[0].seconds["meshes"] += wall_s;
   result.lasers[0].processor_seconds["meshes"] += processor_s;
   if (!warning.empty())
@@ -150,6 +153,33 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
                        laser.processor_seconds);
   check = check_goal(device, goal, planned, judged, result, how);
   return result;
+}
+
+struct RenderTask {
+  std::vector<Scene> scenes;
+  cl::Device device;
+  std::optional<cl::DeviceInfo> waves;
+  RenderOptions how;
+};
+
+RenderTask render_task_of(const RenderArguments& options) {
+  auto scenes = options.scene.load_all(options.report);
+  if (options.rgb && scenes.size() != 3)
+    throw InputError("--rgb packs the holograms of three lasers, and the scene has " +
+                     std::to_string(scenes.size()) +
+                     ": leave it out, or give hologram.wavelength three");
+  auto info = options.device.info();
+  const auto waves = options.device.waves(info);
+  RenderOptions how;
+  if (waves) how.waves_device.emplace(*waves);
+  how.fft = options.device.backend(waves.value_or(info));
+  how.method = options.method.method();
+  if (options.goal.goal().any() && how.method != Method::wrp)
+    throw InputError("--preset, --budget, --psnr and --rate plan --method wrp alone");
+  how.rays_per_axis = options.method.rays_per_axis;
+  how.keep_wrps = options.save_wrps;
+  how.keep_field = !options.no_field;
+  return {std::move(scenes), cl::Device(info), waves, std::move(how)};
 }
 
 void run_render(const RenderArguments& options) {
@@ -165,30 +195,20 @@ void run_render(const RenderArguments& options) {
     return run_tiles(
         {options.scene, options.goal, options.device, options.report, options.out, options.tiles});
   }
-  auto scenes = options.scene.load_all(options.report);
+  std::optional<cl::CompileAhead> ahead([&] {
+    auto [scenes, device, waves, how] = render_task_of(options);
+    std::optional<GoalCheck> none;
+    render_planned(options, scenes, device, how, none);
+  });
+  auto [scenes, device, waves, how] = render_task_of(options);
   const bool is_colour = scenes.size() > 1;
-  if (options.rgb && scenes.size() != 3)
-    throw InputError("--rgb packs the holograms of three lasers, and the scene has " +
-                     std::to_string(scenes.size()) +
-                     ": leave it out, or give hologram.wavelength three");
-  auto info = options.device.info();
-  const auto waves = options.device.waves(info);
-  const cl::Device device(info);
-  RenderOptions how;
-  if (waves) how.waves_device.emplace(*waves);
-  how.fft = options.device.backend(waves.value_or(info));
-  how.method = options.method.method();
-  if (options.goal.goal().any() && how.method != Method::wrp)
-    throw InputError("--preset, --budget, --psnr and --rate plan --method wrp alone");
-  how.rays_per_axis = options.method.rays_per_axis;
-  how.keep_wrps = options.save_wrps;
-  how.keep_field = !options.no_field;
   OutputSet out(options.out);
   if (is_of_tiles(out.folder() / "report.json"))
     throw InputError(in_quotes(options.out) +
                      ": holds a hologram in tiles; add --tiles, or give another --output");
   std::optional<GoalCheck> check;
   const auto result = render_planned(options, scenes, device, how, check);
+  ahead.reset();
   for (const auto& note : notes_of(result.lasers)) options.report.note(note);
 
   std::vector<LaserFiles> files;

@@ -4,6 +4,7 @@
 #include <condition_variable>
 #include <cstdio>
 #include <filesystem>
+#include <functional>
 #include <mutex>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -13,6 +14,7 @@
 #include <utility>
 #include <vector>
 
+#include "cl/compile_ahead.hpp"
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
@@ -304,10 +306,7 @@ std::string demo_scene() {
   throw InputError("view: give a scene; the demo scene data/teapot.toml is not here");
 }
 
-void run_view(ViewArguments options) {
-  if (options.scene.file.empty()) options.scene.file = demo_scene();
-  if (!options.record.empty() && options.out.empty())
-    throw InputError("--record needs -o, the folder of its pictures");
+void with_scene(const ViewArguments& options, const std::function<void(LiveScene&)>& use) {
   auto scenes = options.scene.load_all(options.report);
   const cl::Device device(options.device.info());
   auto world = build_world(scenes[0]);
@@ -329,10 +328,21 @@ void run_view(ViewArguments options) {
                   {scenes_for, [](const Scene& of, const World& where, const Plan& plan) {
                      return render_warnings({}, of, where, plan);
                    }});
-  if (options.record.empty())
-    show_live(options, scene);
-  else
-    record(options, scene);
+  use(scene);
+}
+
+void run_view(ViewArguments options) {
+  if (options.scene.file.empty()) options.scene.file = demo_scene();
+  if (!options.record.empty() && options.out.empty())
+    throw InputError("--record needs -o, the folder of its pictures");
+  const cl::CompileAhead ahead(
+      [&] { with_scene(options, [](LiveScene& scene) { scene.look(scene.start()); }); });
+  with_scene(options, [&](LiveScene& scene) {
+    if (options.record.empty())
+      show_live(options, scene);
+    else
+      record(options, scene);
+  });
 }
 
 }  // namespace

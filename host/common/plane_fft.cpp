@@ -15,6 +15,7 @@
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/memory_need.hpp"
+#include "host/common/rehearsal.hpp"
 #include "host/common/threads.hpp"
 
 namespace raywave {
@@ -165,7 +166,7 @@ LineFft::LineFft(std::size_t size, bool is_fast) : size_(size), plans_(std::make
   if (size < 1 || size > INT_MAX)
     throw DeviceError("FFTW transforms 1 to 2147483647 samples, not " + std::to_string(size));
   const auto in = make_lines(size, "line of an FFT"), out = make_lines(size, "line of an FFT");
-  const bool is_measured = is_fast && size >= small_line;
+  const bool is_measured = is_fast && size >= small_line && !is_rehearsal;
 
   std::string known;
   const auto file = wisdom_file();

@@ -16,9 +16,10 @@ namespace raywave {
 namespace {
 
 /// Of an EPYC's core, processor time of kernels with PoCL 3.1, caches empty: teapot 4.3 s, still
-/// life (bounces) 6.2. Beside a teapot of 7.9, where PoCL was asked for binaries, room took 8.4,
-/// study 7.3, around the SLM 8.5, a texture 8.8, WRPs 6.4, a fan 2.0.
-constexpr double compile_on_processor_s = 4.5, with_bounces = 1.45, of_fans = 0.25;
+/// life (bounces) 6.2; a second process takes four tenths of it (cl/compile_ahead.hpp). Beside a
+/// teapot of 7.9, where PoCL was asked for binaries, room took 8.4, study 7.3, around the SLM 8.5,
+/// a texture 8.8, WRPs 6.4, a fan 2.0.
+constexpr double compile_on_processor_s = 3, with_bounces = 1.45, of_fans = 0.25;
 /// FFTW's plans of a new size, and the rest of a program that starts without any cache.
 constexpr double plans_s = 0.7;
 /// Launches of kernels that are there take some milliseconds.

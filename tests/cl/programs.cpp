@@ -1,6 +1,10 @@
 // SPDX-License-Identifier: Apache-2.0
 // Programs built ahead, and runs without a compiler, as on an FPGA.
+#include <unistd.h>
+
+#include "cl/compile_ahead.hpp"
 #include "cl/program_folder.hpp"
+#include "host/common/rehearsal.hpp"
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/render.hpp"
@@ -238,6 +242,56 @@ TEST_CASE(
   for (std::string line; std::getline(manifest, line); ++lines)
     CHECK(fs::exists(desk.folder() / "sources" / (line.substr(0, line.find('\t')) + ".bin")));
   CHECK(lines == 2);
+}
+
+// Ahead, by a second process
+
+TEST_CASE("after a rehearsal's kernels are compiled, PoCL compiles none for a picture") {
+  const auto info = cl::list_devices().front();
+  if (!cl::is_pocl(info) || cl::needs_single_items(info)) return;
+  // So that nothing is in the cache
+  const Environment cold("POCL_EXTRA_BUILD_FLAGS", "-DCOLD=" + std::to_string(getpid()));
+  const Folder folder;
+  auto scene = small_scene(folder);
+  scene.materials[0].reflectivity = 0.5;
+  kept_devices().clear();
+  const cl::Device device(info);
+  const auto picture = [&] { return render(device, scene, {.keep_field = false}); };
+  std::set<std::string> kernels;
+  const auto new_kernels = [&] {
+    std::set<std::string> found;
+    for (const auto& entry : fs::recursive_directory_iterator(cl::pocl_cache_folder()))
+      if (entry.path().extension() == ".so" && kernels.insert(entry.path()).second)
+        found.insert(entry.path());
+    return found;
+  };
+  new_kernels();
+  is_rehearsal = true;
+  picture();
+  is_rehearsal = false;
+  CHECK(new_kernels().empty());
+  cl::compile_rehearsed();
+  CHECK(new_kernels().size() >= 8);
+  CHECK(picture().samples > 0);
+  CHECK(new_kernels() == std::set<std::string>{});
+}
+
+TEST_CASE(
+    "raywave render with empty caches writes what it writes with full ones, and leaves no "
+    "process") {
+  const Desk desk;
+  const auto render = [&](const std::string& out) {
+    return desk
+        .shell("RAYWAVE_CACHE_DIR='" + desk.file("cache") + "' POCL_CACHE_DIR='" +
+               desk.file("pocl") + "' $RAYWAVE render '" + desk.file("scene.toml") + "' -o '" +
+               desk.file(out) + "' && ! pgrep -P $$ raywave")
+        .code;
+  };
+  fs::create_directory(desk.folder() / "pocl");
+  CHECK(render("cold") == 0);
+  CHECK(render("warm") == 0);
+  for (const auto* name : {"hologram.png", "field.npy"})
+    CHECK(bytes_of(desk.folder() / "cold" / name) == bytes_of(desk.folder() / "warm" / name));
 }
 
 // FPGAs
