@@ -134,6 +134,11 @@ public:
   void on_host(F&& f, cl_map_flags flags = CL_MAP_READ | CL_MAP_WRITE) {
     lend<T>(f, flags, 0, size_);
   }
+  /// The same of `count` elements from element `first` on.
+  template <class F>
+  void change_on_host(F&& f, std::size_t first, std::size_t count) {
+    lend<T>(f, CL_MAP_READ | CL_MAP_WRITE, first, count);
+  }
   /// Lends `count` elements from element `first` on, to be read only.
   template <class F>
   void on_host(F&& f, std::size_t first, std::size_t count) const {

@@ -110,8 +110,9 @@ std::string one_source(const std::vector<ProgramSource>& programs) {
       const auto macro = flag.substr(2, equals - 2);
       const auto value = equals == std::string::npos ? "" : flag.substr(equals + 1);
       if (const auto it = macros.emplace(macro, value).first; it->second != value)
-        throw InputError("the programs need " + macro + "=" + it->second + " and " + macro + "=" +
-                         value + ", which one source does not hold; give scenes of equal settings");
+        throw InputError("one source does not hold programs with " + macro + "=" + it->second +
+                         " and " + macro + "=" + value +
+                         ": give scenes of as many frames, like depths and one encoding");
     }
     text += with_includes(program.file, seen);
   }
@@ -173,7 +174,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
-  if (by_driver && !is_marked(cached)) CompileAhead::begin();
+  if (!by_driver || !is_marked(cached)) CompileAhead::begin();
   driver_works_on(file + " on " + info.name, missing_tool(info));
   ::cl::Program compiled;
   try {
@@ -217,8 +218,10 @@ std::vector<Rehearsed>& rehearsed() {
 
 void compile_rehearsed() {
   const auto all = std::exchange(rehearsed(), {});
-  for (auto it = all.rbegin(); it != all.rend(); ++it)
-    Program(it->device, it->file, it->options).kernel(it->kernel).compile(it->local);
+  for (auto it = all.rbegin(); it != all.rend(); ++it) {
+    auto kernel = Program(it->device, it->file, it->options).kernel(it->kernel);
+    if (driver_keeps_programs(it->device.info())) kernel.compile(it->local);
+  }
 }
 
 Kernel Program::kernel(const std::string& name) const {

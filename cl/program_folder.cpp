@@ -49,8 +49,14 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
                                         const DeviceInfo& device) {
   const auto name = source.name();
   const auto file = folder / (name + ".bin");
-  const auto remedy = "; raywave kernels -o " + folder.string() + " --device " + device.index +
-                      " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
+  const auto remedy = device.kind == DeviceKind::accelerator
+                          ? "; raywave kernels SCENE -o FOLDER --target aoc and its Makefile build "
+                            "what renders with "
+                            "--no-field need, raywave kernels SCENE -o FOLDER --waves-on " +
+                                device.index + " where the device compiles"
+                          : "; raywave kernels -o " + folder.string() + " --device " +
+                                device.index +
+                                " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
   const auto binary = read_file(file);
   if (!binary || binary->empty())
     throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +
@@ -60,21 +66,16 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
   const auto entries = read_manifest(folder);
   if (const auto it = entries.find(name); it != entries.end()) {
     const auto digest = it->second.substr(0, it->second.find('\t'));
-    if (digest != "-" && digest != hash_name(*binary))
+    if (digest != hash_name(*binary))
       throw DeviceError(file.string() + " is not what " + manifest_name +
                         " beside it lists: damaged, or from elsewhere" + remedy);
   }
   return {binary->begin(), binary->end()};
 }
 
-ProgramRecorder::ProgramRecorder(fs::path folder, bool binaries)
-    : folder_(std::move(folder)), binaries_(binaries) {
-  if (recorder)
-    throw DeviceError("programs are being written to " + recorder->folder_.string() + " already");
-  std::error_code error;
-  fs::create_directories(folder_, error);
-  if (!fs::is_directory(folder_, error))
-    throw InputError(one_line(folder_.string()) + ": no such folder, and it cannot be made");
+ProgramRecorder::ProgramRecorder(std::optional<fs::path> folder) : folder_(std::move(folder)) {
+  if (recorder) throw DeviceError("programs are being recorded already");
+  if (folder_) make_folder(*folder_);
   recorder = this;
 }
 
@@ -90,21 +91,25 @@ void record_program(const ProgramSource& source,
   if (std::any_of(programs.begin(), programs.end(),
                   [&](const ProgramSource& other) { return other.name() == name; }))
     return;
-  const auto& folder = recorder->folder_;
-  std::string digest = "-";
-  if (recorder->binaries_) {
-    const auto made = binary();
-    const std::string bytes(made.begin(), made.end());
-    write_text(folder / (name + ".bin"), bytes);
-    digest = hash_name(bytes);
-  }
+  programs.push_back(source);
+  if (!recorder->folder_) return;
+  const auto& folder = *recorder->folder_;
+  const auto made = binary();
+  const std::string bytes(made.begin(), made.end());
+  write_text(folder / (name + ".bin"), bytes);
   write_text(folder / (name + ".cl"), source.text);
   auto entries = read_manifest(folder);
-  entries[name] = digest + '\t' + source.file + '\t' + source.flags;
+  entries[name] = hash_name(bytes) + '\t' + source.file + '\t' + source.flags;
   std::string manifest;
   for (const auto& [entry, rest] : entries) manifest += entry + '\t' + rest + '\n';
   write_text(folder / manifest_name, manifest);
-  programs.push_back(source);
+}
+
+void make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (!fs::is_directory(folder, error))
+    throw InputError(one_line(folder.string()) + ": no such folder, and it cannot be made");
 }
 
 }  // namespace raywave::cl

@@ -3,12 +3,13 @@
 ///
 /// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what
 /// the device loads, and NAME.cl, its source in one file, and lists all in manifest.tsv: NAME,
-/// digest of NAME.bin ("-" where there is none yet), kernel file, options. NAME is the kernel
-/// file's stem and a hash of source and options.
+/// digest of NAME.bin, kernel file, options. NAME is the kernel file's stem and a hash of source and
+/// options.
 #pragma once
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,34 +39,35 @@ std::string one_source(const std::vector<ProgramSource>& programs);
 std::vector<unsigned char> load_program(const std::filesystem::path& folder,
                                         const ProgramSource& source, const DeviceInfo& device);
 
-/// While it lives, every program that this process builds is written to a folder too, which is made
-/// when missing.
+/// While it lives, every program that this process builds is noted.
 class ProgramRecorder {
 public:
-  /// binaries  also NAME.bin; without, it is left to another compiler to make them from NAME.cl
-  /// throws    InputError when the folder cannot be written, DeviceError when another recorder
-  ///           lives
-  ProgramRecorder(std::filesystem::path folder, bool binaries);
+  /// folder  is made when missing, and gets them, too; none: another compiler makes the binaries
+  /// throws  InputError when the folder cannot be written, DeviceError when another recorder lives
+  explicit ProgramRecorder(std::optional<std::filesystem::path> folder = {});
   ~ProgramRecorder();
   ProgramRecorder(const ProgramRecorder&) = delete;
   ProgramRecorder& operator=(const ProgramRecorder&) = delete;
 
-  /// The programs written, in the order of being built.
+  /// The programs, in the order of being built.
   const std::vector<ProgramSource>& programs() const { return programs_; }
 
 private:
   friend void record_program(const ProgramSource& source,
                              const std::function<std::vector<unsigned char>()>& binary);
-  std::filesystem::path folder_;
-  bool binaries_;
+  std::optional<std::filesystem::path> folder_;
   std::vector<ProgramSource> programs_;
 };
 
 /// Whether a recorder lives.
 bool is_recording();
 
-/// Tells the recorder, if there is one; `binary` is called where it writes binaries. For
-/// cl/program.cpp.
+/// Makes a folder, where there is none.
+///
+/// throws  InputError when it cannot be made
+void make_folder(const std::filesystem::path& folder);
+
+/// Tells the recorder, if there is one; `binary` is called where it writes. For cl/program.cpp.
 void record_program(const ProgramSource& source,
                     const std::function<std::vector<unsigned char>()>& binary);
 

@@ -41,9 +41,11 @@ std::unique_ptr<Carrier> make_carrier(const cl::Device& device, const cl::Device
 /// throws  InputError for a plan that two devices do not share
 void require_shared(const Plan& plan) {
   if (!plan.virtual_planes() || plan.refine)
-    throw InputError(one_line(plan.scene_name) +
-                     ": two devices share what travels by virtual planes and is not refined; "
-                     "leave out --waves-on, one device computes this");
+    throw InputError(one_line(plan.scene_name) + ": two devices (--waves-on, --target) " +
+                     (plan.refine ? "do not refine; set refine.iterations = 0"
+                                  : "need virtual planes, and its light travels otherwise, as "
+                                    "raywave plan says") +
+                     ", or let one device compute it");
 }
 
 }  // namespace

@@ -149,12 +149,14 @@ std::vector<std::string> words_of(const AnimateArguments& options) {
 
 void run_animate(const AnimateArguments& options) {
   if (options.pictures == from_queue) return help_animate(options);
-  const cl::CompileAhead ahead([&] {
-    auto moving = load_moving(options.scene, options.report);
-    const cl::Device device(options.device.all()[0]);
-    choose(options.goal.goal(), moving, device);
-    Animator(device, moving, options.device.backend(device.info())).make_first();
-  });
+  std::optional<cl::CompileAhead> ahead;
+  if (!options.device.names_several())
+    ahead.emplace([&] {
+      auto moving = load_moving(options.scene, options.report);
+      const cl::Device device(options.device.info());
+      choose(options.goal.goal(), moving, device);
+      Animator(device, moving, options.device.backend(device.info())).make_first();
+    });
   auto scenes = load_moving(options.scene, options.report);
   const auto wanted =
       range_of("--pictures", options.pictures, "picture", scenes[0].animation->pictures);

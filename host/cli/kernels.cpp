@@ -73,7 +73,7 @@ void use(const cl::Device& device, const std::optional<cl::Device>& waves,
   }
 }
 
-/// Makes frame.bin of frame.cl by an FPGA's toolchain, and NAME.bin of every program.
+/// Makes one binary of frame.cl by an FPGA's toolchain, and NAME.bin of every program.
 std::string makefile_of(Toolchain toolchain, const std::vector<cl::ProgramSource>& programs,
                         const std::string& frame) {
   std::string names, kernels;
@@ -82,32 +82,35 @@ std::string makefile_of(Toolchain toolchain, const std::vector<cl::ProgramSource
   for (auto it = std::sregex_iterator(frame.begin(), frame.end(), kernel);
        it != std::sregex_iterator(); ++it)
     kernels += " " + it->str(1);
-  std::string text =
-      "# Made by raywave kernels. BOARD: the name of the board's package, or its platform.\n"
-      "#   make emulate|report|build BOARD=...\n"
-      "#   RAYWAVE_PROGRAM_DIR=. raywave render SCENE -o out --no-field --waves-on FPGA\n"
-      ".PHONY: emulate report build programs\n"
-      "PROGRAMS =" +
-      names + "\n";
-  if (toolchain == Toolchain::aoc)
-    return text +
-           "emulate: FLAGS = -march=emulator\n"
-           "build: FLAGS = -board=$(BOARD)\n"
-           "emulate build: frame.cl\n"
-           "\taoc $(FLAGS) frame.cl -o frame.aocx\n"
-           "\tfor name in $(PROGRAMS); do cp frame.aocx $$name.bin || exit 1; done\n"
-           "report: frame.cl\n"
-           "\taoc -rtl -report -board=$(BOARD) frame.cl -o frame.aocr\n";
-  return text + "KERNELS =" + kernels +
-         "\n"
-         "emulate: TARGET = sw_emu\n"
-         "report: TARGET = hw_emu\n"
-         "build: TARGET = hw\n"
-         "emulate report build: frame.cl\n"
-         "\tfor kernel in $(KERNELS); do v++ -c -t $(TARGET) --platform $(BOARD) -k $$kernel "
-         "frame.cl -o $$kernel.xo || exit 1; done\n"
-         "\tv++ -l -t $(TARGET) --platform $(BOARD) $(KERNELS:%=%.xo) -o frame.xclbin\n"
-         "\tfor name in $(PROGRAMS); do cp frame.xclbin $$name.bin || exit 1; done\n";
+  const bool is_aoc = toolchain == Toolchain::aoc;
+  const std::string compile =
+      is_aoc
+          ? "\t$(AOC) $(AOCFLAGS) $(MODE) $< -o $@\n"
+          : "\tfor kernel in $(KERNELS); do $(VPP) $(VPPFLAGS) -c -t $(MODE) --platform $(board) "
+            "-k $$kernel $< -o $(@D)/$$kernel.xo || exit 1; done\n"
+            "\t$(VPP) $(VPPFLAGS) -l -t $(MODE) --platform $(board) "
+            "$(KERNELS:%=$(@D)/%.xo) -o $@\n";
+  const std::string file = is_aoc ? "frame.aocx" : "frame.xclbin";
+  const auto rule = [&](const std::string& name, const std::string& mode) {
+    return name + ": " + name + "/" + file + "\n" + name + "/" + file + ": MODE = " + mode + "\n";
+  };
+  return "# Made by raywave kernels. BOARD: the board's name in its package, or its platform\n"
+         "#   make emulate BOARD=...   into emulate/, for the toolchain's emulator\n"
+         "#   make report BOARD=...    into report/: area, loops; minutes to an hour\n"
+         "#   make build BOARD=...     into build/, for the board; hours\n"
+         "#   RAYWAVE_PROGRAM_DIR=build raywave render SCENE -o out --no-field --waves-on DEVICE\n"
+         "# DEVICE: as raywave devices lists it\n" +
+         std::string(is_aoc ? "AOC ?= aoc\n" : "VPP ?= v++\n") + "PROGRAMS =" + names + "\n" +
+         (is_aoc ? "" : "KERNELS =" + kernels + "\n") +
+         "board = $(or $(BOARD),$(error BOARD is missing: make build BOARD=...))\n"
+         ".PHONY: help emulate report build\n"
+         ".DELETE_ON_ERROR:\n"
+         "help:\n\t@sed -n 's/^# *//p' Makefile\n" +
+         rule("emulate", is_aoc ? "-march=emulator" : "sw_emu") +
+         rule("report", is_aoc ? "-rtl -report -board=$(board)" : "hw_emu") +
+         rule("build", is_aoc ? "-board=$(board)" : "hw") + "%/" + file +
+         ": frame.cl\n\tmkdir -p $(@D)\n" + compile +
+         "\tfor name in $(PROGRAMS); do cp $@ $(@D)/$$name.bin || exit 1; done\n";
 }
 
 void run_kernels(const KernelsArguments& options) {
@@ -129,6 +132,12 @@ void run_kernels(const KernelsArguments& options) {
     if (!one.online_compiler)
       throw cl::DeviceError(one.name +
                             " has no online compiler; --target writes what an offline one needs");
+  if (waves_info && options.scenes.empty())
+    throw InputError("give a scene: what --waves-on and --target make depends on it");
+  const std::filesystem::path folder(options.folder);
+  if (toolchain && std::filesystem::exists(folder / "frame.cl"))
+    throw InputError(in_quotes((folder / "frame.cl").string()) +
+                     ": is there, with what was built of it; give another -o");
   const cl::Device device(info);
   std::optional<cl::Device> waves;
   if (waves_info) waves.emplace(*waves_info);
@@ -136,22 +145,22 @@ void run_kernels(const KernelsArguments& options) {
   for (const auto& file : options.scenes)
     scenes.push_back(load_all(file, options.set, options.strict, options.report));
 
-  const cl::ProgramRecorder recorder(options.folder, !toolchain);
+  const cl::ProgramRecorder recorder(toolchain ? std::nullopt : std::optional(folder));
   if (!waves) use_shared(device);
   for (const auto& lasers : scenes) {
     ProgressBar bar(options.report.quiet);
     use(device, waves, lasers, bar);
   }
-  const std::filesystem::path folder(options.folder);
   const auto& programs = recorder.programs();
   std::vector<std::string> files;
-  for (const auto& program : programs)
-    files.push_back(folder / (program.name() + (toolchain ? ".cl" : ".bin")));
   if (toolchain) {
     const auto frame = cl::one_source(programs);
+    cl::make_folder(folder);
     write_text(folder / "frame.cl", frame);
     write_text(folder / "Makefile", makefile_of(*toolchain, programs, frame));
-    files.insert(files.end(), {folder / "frame.cl", folder / "Makefile"});
+    files = {folder / "frame.cl", folder / "Makefile"};
+  } else {
+    for (const auto& program : programs) files.push_back(folder / (program.name() + ".bin"));
   }
   const auto& name = waves_info.value_or(info).name;
   if (options.report.prints_text()) {

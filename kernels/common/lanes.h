@@ -113,7 +113,7 @@ static inline float lanes_float_sum(floatv v) {
 // work-groups at first and few in the end. Rows of the middle have most to do; the last ones, with
 // little, let all threads end together. GPUs take rows in order, so that groups stay coherent.
 static inline int row_in_turn(int k, int n) {
-#if RAYWAVE_LANES == 1
+#if RAYWAVE_LANES == 1 || defined(RAYWAVE_FPGA)
   (void)n;
   return k;
 #else

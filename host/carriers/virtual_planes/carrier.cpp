@@ -36,7 +36,7 @@ void VirtualPlaneCarrier::add(const Wrp& wrp, bool is_first, const FilledPlane& 
     propagator_->add(plane.stack, plane.plane, plane.lit, wrp.centre_m.z, is_first, field_);
   device_.finish();
   if (is_on_two_devices() && options_.fft == cl::FftBackend::host)
-    plane_bytes_ += 2 * plane.stack.size() * sizeof(std::complex<float>);
+    plane_bytes_ += 2 * plan_->gathered_pixels() * sizeof(std::complex<float>);
 }
 
 TileField VirtualPlaneCarrier::sum() {

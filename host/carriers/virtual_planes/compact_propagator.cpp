@@ -86,11 +86,13 @@ TransformedPlane CompactPropagator::transform(cl::ComplexBuffer& stack, int plan
   const auto first = size_ / 2 - tile_size_ / 2;
   std::size_t begin = size(plane) * row_stride_ * size(size_.y), stride = row_stride_;
   if (host_fft_) {
-    stack.on_host([&](std::span<std::complex<float>> samples) {
-      host_fft_->forward(
-          samples.data() + begin, lit,
-          {{size(first.x), size(tile_size_.x)}, {size(first.y), size(tile_size_.y)}});
-    });
+    stack.change_on_host(
+        [&](std::span<std::complex<float>> samples) {
+          host_fft_->forward(
+              samples.data(), lit,
+              {{size(first.x), size(tile_size_.x)}, {size(first.y), size(tile_size_.y)}});
+        },
+        begin, row_stride_ * size(size_.y));
   } else {
     plane_.copy_rows_from(stack, begin, size(size_.x), stride);
     device_fft_->forward(plane_);
