@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
-/// A second process that compiles kernels: drivers compile one program at a time, and a first picture
-/// waits for half a dozen.
+/// A second process that compiles kernels: drivers compile one program at a time, and a first
+/// picture waits for half a dozen.
 #pragma once
 
 #include <sys/types.h>

@@ -3,8 +3,8 @@
 ///
 /// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what
 /// the device loads, and NAME.cl, its source in one file, and lists all in manifest.tsv: NAME,
-/// digest of NAME.bin, kernel file, options. NAME is the kernel file's stem and a hash of source and
-/// options.
+/// digest of NAME.bin, kernel file, options. NAME is the kernel file's stem and a hash of source
+/// and options.
 #pragma once
 
 #include <filesystem>
