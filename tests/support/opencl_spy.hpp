@@ -200,8 +200,13 @@ cl_int clEnqueueUnmapMemObject(cl_command_queue queue, cl_mem memory, void* poin
   }
   const cl_int error = real(queue, memory, pointer, events, wait, event);
   if (error != CL_SUCCESS || bytes.empty()) return error;
-  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, offset, bytes.size(), bytes.data(), 0,
-                              nullptr, nullptr);
+  // From the buffer's beginning: oclgrind 21.10 takes another place for written
+  std::vector<unsigned char> before(offset);
+  if (offset > 0)
+    clEnqueueReadBuffer(queue, memory, CL_TRUE, 0, offset, before.data(), 0, nullptr, nullptr);
+  bytes.insert(bytes.begin(), before.begin(), before.end());
+  return clEnqueueWriteBuffer(queue, memory, CL_TRUE, 0, bytes.size(), bytes.data(), 0, nullptr,
+                              nullptr);
 }
 
 cl_context clCreateContext(const cl_context_properties* properties, cl_uint count,
