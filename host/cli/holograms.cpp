@@ -247,7 +247,7 @@ FinishedRender::FinishedRender(const std::filesystem::path& file) {
       throw InputError(name + ": is no report of render or refine, which tells its scene");
     const auto scene_file = told.at("file").get<std::string>();
     scenes = load_scenes(scene_file, report.value("set", std::vector<std::string>()));
-    if (scenes[0].digest != told.at("digest"))
+    if (scenes[0].digest != told.at("digest").get<std::string>())
       throw InputError(one_line(scene_file) + ": was changed after it was rendered into " + name +
                        "; render it again");
     std::vector<std::filesystem::path> files;

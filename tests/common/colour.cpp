@@ -140,7 +140,7 @@ TEST_CASE("lasers of given powers, efficiencies and duties show D65 at the drive
   const LaserBench bench{{30, 12, 80}, {0.7, 0.6, 0.4}, {0.5, 0.25, 0.2}};
   const auto drive = drive_of(set, bench, set.white_powers);
   REQUIRE(drive.shares.size() == 3);
-  CHECK(*std::max_element(drive.shares.begin(), drive.shares.end()) == Approx(1));
+  CHECK(*std::max_element(drive.shares.begin(), drive.shares.end()) == Catch::Approx(1));
   glm::dvec3 white(0), full(0);
   for (std::size_t i = 0; i < 3; ++i) {
     const auto xyz = bench.powers[i] * bench.efficiencies[i] * bench.duties[i] *
@@ -148,11 +148,11 @@ TEST_CASE("lasers of given powers, efficiencies and duties show D65 at the drive
     white += drive.shares[i] * xyz;
     full += xyz;
     CHECK(drive.powers[i] / drive.powers[0] ==
-          Approx(drive.shares[i] * bench.powers[i] / (drive.shares[0] * bench.powers[0])));
+          Catch::Approx(drive.shares[i] * bench.powers[i] / (drive.shares[0] * bench.powers[0])));
   }
   CHECK(glm::length(chromaticity_of(white) - glm::dvec2(0.3127, 0.3290)) < 1e-4);
   CHECK(glm::length(chromaticity_of(xyz_from_srgb() * drive.full) - chromaticity_of(full)) < 1e-9);
-  CHECK((xyz_from_srgb() * drive.full).y == Approx(1));
+  CHECK((xyz_from_srgb() * drive.full).y == Catch::Approx(1));
   CHECK(drive_of(set, {}, set.white_powers).shares.empty());
 }
 

@@ -86,9 +86,9 @@ TEST_CASE("late flips are missed refreshes, and shown, repeated and missed are a
   CHECK(shown.count.refreshes == 28);
   CHECK(kernel.sequence_now() - begin + 1 == 28);  // as the kernel counts
   CHECK(display->describe()["proof"]["counted_by_time"] == 0);
-  CHECK(shown.seconds == Approx(27 / 60.0).epsilon(1e-4));
+  CHECK(shown.seconds == Catch::Approx(27 / 60.0).epsilon(1e-4));
   CHECK(shown.latency_s(0) >= 0);
-  CHECK(shown.latency_s(1) == Approx(6 / 60.0).epsilon(0.02));
+  CHECK(shown.latency_s(1) == Catch::Approx(6 / 60.0).epsilon(0.02));
 }
 
 TEST_CASE("frames stay as long as the rate wants, evenly where it is no divisor") {
@@ -195,7 +195,8 @@ TEST_CASE("levels pass unchanged: tables are taken off, HDMI's range is full, al
     FakeKernel kernel;
     kernel.has_lut = has_lut;
     const auto display = kernel.display();
-    CHECK(display->open({"HDMI-A-2", size_px, 75, false}).rate_hz == Approx(75).epsilon(0.001));
+    CHECK(display->open({"HDMI-A-2", size_px, 75, false}).rate_hz ==
+          Catch::Approx(75).epsilon(0.001));
     CHECK(kernel.screens[1].mode.hdisplay == 64);
     CHECK(kernel.properties[23] == 1);
     CHECK(display->describe()["knows_gamma"] == has_lut);

@@ -336,7 +336,7 @@ TEST_CASE("refinement of what WRPs cannot bring is refused, and chosen by no goa
   for (const auto preset : {Preset::draft, Preset::reference})
     CHECK_FALSE(plan_scene(scene, world, {}, Goal{preset}).scene.refine);
   scene.refine.emplace();
-  const auto refused = Catch::Contains("no refinement finds the pictures");
+  const auto refused = Catch::Matchers::ContainsSubstring("no refinement finds the pictures");
   CHECK_THROWS_WITH(make_plan(scene, world), refused);
   CHECK_THROWS_WITH(plan_scene(scene, world, {}, Goal{Preset::balanced}), refused);
 }

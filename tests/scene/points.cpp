@@ -145,7 +145,7 @@ TEST_CASE("files of vertices alone are points, with their radii and colours, and
                                            "2 0 0 0 0 1\n2 1 0 0 0 1\n")
             .triangles.size() == 6 * 4);
   CHECK_THAT(input_error_of([] { read(header(2, "x y z") + "1 2 3\n1 2 3\n"); }),
-             Catch::Matchers::Contains("give each a radius"));
+             Catch::Matchers::ContainsSubstring("give each a radius"));
 }
 
 TEST_CASE("splats have the size, colour and opacity of their Gaussians") {

@@ -195,8 +195,8 @@ TEST_CASE("a script's steps follow each other, and what is wrong in one has its 
       "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [-0.5, 0]\nlens = true\n");
   REQUIRE(steps.size() == 5);
   CHECK(steps[0].focus_m == 0.095);
-  CHECK(steps[3].poses[1].rotation_deg.y == Approx(30));
-  CHECK(steps[4].poses[1].rotation_deg.y == Approx(30));
+  CHECK(steps[3].poses[1].rotation_deg.y == Catch::Approx(30));
+  CHECK(steps[4].poses[1].rotation_deg.y == Catch::Approx(30));
   CHECK(steps[4].eye == glm::dvec2(0.5, 0));  // to the viewer's left
   CHECK(steps[4].poses[0].position_m.x == 1 * mm);
   CHECK(steps[4].lens);
