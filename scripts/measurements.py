@@ -168,6 +168,17 @@ def turntable(seen):
         sum(stages.values()), *(stages[stage] for stage in STAGES))]
 
 
+@table("animation", FRAMES, """
+| parts, at a time | s | processor s | 60 pictures in each, s |
+|---|---|---|---|
+| {} | {:.1f} | {:.1f} | {:.1f} |""", {"all": "scripts/scaling"}, timed=True)
+def scaling(seen):
+    rows = {tuple(row[:3]): row[3:] for row in seen["all"]["rows"]}
+    for parts, workers, each in ((1, 1, (60, 1, 1)), (8, 1, None), (8, 2, (120, 2, 2)),
+                                 (8, 4, (240, 4, 4)), (100, 1, None)):
+        yield [f"{parts}, {workers}", *rows[240, parts, workers], rows[each][0] if each else ""]
+
+
 GREEN = sets("colour.only='\"520 nm\"'")
 LASERS = {"`data/colour.toml`": "colour.toml", "`data/teapot.toml`": "teapot.toml" + sets(
     "hologram.wavelength='[\"638 nm\", \"520 nm\", \"450 nm\"]'")}
