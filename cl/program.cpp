@@ -114,7 +114,7 @@ std::string one_source(const std::vector<ProgramSource>& programs) {
                          " and " + macro + "=" + value +
                          ": give scenes of as many frames, like depths and one encoding");
     }
-    text += with_includes(program.file, seen);
+    if (!seen.contains(program.file)) text += with_includes(program.file, seen);
   }
   std::string defines;
   for (const auto& [macro, value] : macros) defines += "#define " + macro + " " + value + "\n";

@@ -49,14 +49,13 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
                                         const DeviceInfo& device) {
   const auto name = source.name();
   const auto file = folder / (name + ".bin");
-  const auto remedy = device.kind == DeviceKind::accelerator
-                          ? "; raywave kernels SCENE -o FOLDER --target aoc and its Makefile build "
-                            "what renders with "
-                            "--no-field need, raywave kernels SCENE -o FOLDER --waves-on " +
-                                device.index + " where the device compiles"
-                          : "; raywave kernels -o " + folder.string() + " --device " +
-                                device.index +
-                                " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
+  const auto remedy =
+      device.kind == DeviceKind::accelerator
+          ? "; raywave kernels SCENE -o FOLDER --target aoc, and its Makefile, build what renders "
+            "with --no-field need; where the device compiles, --waves-on " +
+                device.index + " in place of --target"
+          : "; raywave kernels -o " + folder.string() + " --device " + device.index +
+                " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
   const auto binary = read_file(file);
   if (!binary || binary->empty())
     throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +
@@ -75,7 +74,10 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
 
 ProgramRecorder::ProgramRecorder(std::optional<fs::path> folder) : folder_(std::move(folder)) {
   if (recorder) throw DeviceError("programs are being recorded already");
-  if (folder_) make_folder(*folder_);
+  std::error_code error;
+  if (folder_) fs::create_directories(*folder_, error);
+  if (folder_ && !fs::is_directory(*folder_, error))
+    throw InputError(one_line(folder_->string()) + ": no such folder, and it cannot be made");
   recorder = this;
 }
 
@@ -97,19 +99,11 @@ void record_program(const ProgramSource& source,
   const auto made = binary();
   const std::string bytes(made.begin(), made.end());
   write_text(folder / (name + ".bin"), bytes);
-  write_text(folder / (name + ".cl"), source.text);
   auto entries = read_manifest(folder);
   entries[name] = hash_name(bytes) + '\t' + source.file + '\t' + source.flags;
   std::string manifest;
   for (const auto& [entry, rest] : entries) manifest += entry + '\t' + rest + '\n';
   write_text(folder / manifest_name, manifest);
-}
-
-void make_folder(const fs::path& folder) {
-  std::error_code error;
-  fs::create_directories(folder, error);
-  if (!fs::is_directory(folder, error))
-    throw InputError(one_line(folder.string()) + ": no such folder, and it cannot be made");
 }
 
 }  // namespace raywave::cl

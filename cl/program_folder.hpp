@@ -2,9 +2,8 @@
 /// Programs built in advance, for devices without an online compiler (docs/devices.md).
 ///
 /// A folder of them holds, for each kernel file and set of options that a run needs, NAME.bin, what
-/// the device loads, and NAME.cl, its source in one file, and lists all in manifest.tsv: NAME,
-/// digest of NAME.bin, kernel file, options. NAME is the kernel file's stem and a hash of source
-/// and options.
+/// the device loads, and lists all in manifest.tsv: NAME, digest of NAME.bin, kernel file, options.
+/// NAME is the kernel file's stem and a hash of source and options.
 #pragma once
 
 #include <filesystem>
@@ -61,11 +60,6 @@ private:
 
 /// Whether a recorder lives.
 bool is_recording();
-
-/// Makes a folder, where there is none.
-///
-/// throws  InputError when it cannot be made
-void make_folder(const std::filesystem::path& folder);
 
 /// Tells the recorder, if there is one; `binary` is called where it writes. For cl/program.cpp.
 void record_program(const ProgramSource& source,

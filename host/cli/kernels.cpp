@@ -155,7 +155,6 @@ void run_kernels(const KernelsArguments& options) {
   std::vector<std::string> files;
   if (toolchain) {
     const auto frame = cl::one_source(programs);
-    cl::make_folder(folder);
     write_text(folder / "frame.cl", frame);
     write_text(folder / "Makefile", makefile_of(*toolchain, programs, frame));
     files = {folder / "frame.cl", folder / "Makefile"};

@@ -155,10 +155,11 @@ Rendered render_planned(const RenderArguments& options, std::vector<Scene>& scen
   return result;
 }
 
+/// What the options ask for.
 struct RenderTask {
   std::vector<Scene> scenes;
   cl::Device device;
-  std::optional<cl::DeviceInfo> waves;
+  std::optional<cl::DeviceInfo> waves;  // --waves-on
   RenderOptions how;
 };
 
