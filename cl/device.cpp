@@ -81,6 +81,14 @@ std::string give_pocl_a_cache(const ::cl::Platform& platform) {
   return "";
 }
 
+/// PoCL would compile a kernel for each size of its groups, which gains nothing (median frames of
+/// three scenes within 2 %), and once more for a binary. 6.0 cannot do without (docs/devices.md).
+void have_pocl_compile_once(const ::cl::Platform& platform) {
+  const auto version = platform.getInfo<CL_PLATFORM_VERSION>();
+  if (version.find(" PoCL ") != std::string::npos && version.find(" PoCL 6.") == std::string::npos)
+    setenv("POCL_WORK_GROUP_SPECIALIZATION", "0", /*overwrite=*/0);
+}
+
 struct AllFound {
   std::vector<Found> devices;
   std::string hint;  // why there may be none
@@ -98,6 +106,7 @@ AllFound find_all() {
   for (std::size_t p = 0; p < platforms.size(); ++p) {
     std::vector<::cl::Device> devices;
     try {
+      have_pocl_compile_once(platforms[p]);
       if (auto hint = give_pocl_a_cache(platforms[p]); !hint.empty()) all.hint = hint;
       platforms[p].getDevices(CL_DEVICE_TYPE_ALL, &devices);
     } catch (const ::cl::Error&) {
@@ -213,6 +222,13 @@ Device::Device(const DeviceInfo& info) : info_(info) {
     timing_queue_ = ::cl::CommandQueue(context_, handle_, CL_QUEUE_PROFILING_ENABLE);
   } catch (const ::cl::Error&) {
     timing_queue_ = {};  // nothing is timed then
+  }
+}
+
+Device::Programs::~Programs() {
+  try {
+    for (const auto& keep : to_keep) keep();
+  } catch (const DeviceError&) {  // they will be compiled again
   }
 }
 

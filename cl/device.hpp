@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <mutex>
@@ -92,8 +93,10 @@ private:
     std::uint64_t now = 0, peak = 0;
   };
   struct Programs {  // by what they are built of
+    ~Programs();
     std::mutex mutex;
     std::map<std::string, ::cl::Program> built;
+    std::vector<std::function<void()>> to_keep;  // puts binaries into the cache, at the end
   };
   DeviceInfo info_;
   ::cl::Device handle_;

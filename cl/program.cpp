@@ -78,20 +78,8 @@ void refuse_unknown(const Options& options, const ProgramSource& program) {
   return program;
 }
 
-/// Whether PoCL's cache has had this program before; it has from now on. A run that was stopped may
-/// have left out some of its kernels.
-bool is_marked(const std::string& program) {
-  const auto folder = pocl_cache_folder();
-  const auto mark = folder / (".raywave-" + program);
-  std::error_code error;
-  if (folder.empty() || std::filesystem::exists(mark, error)) return true;
-  std::ofstream make(mark);
-  return false;
-}
-
-/// Whether the driver keeps what it has compiled. A binary would make PoCL compile every kernel
-/// once more, for groups of any size.
-bool driver_keeps_programs(const DeviceInfo& device) {
+/// Whether the driver keeps each kernel that it has compiled, at its first launch.
+bool driver_keeps_kernels(const DeviceInfo& device) {
   return is_pocl(device) && !needs_single_items(device) &&
          environment_variable("POCL_KERNEL_CACHE") != "0";
 }
@@ -163,9 +151,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name +
                                 '\n' + info.version + '\n' + info.driver) +
                       ".bin";
-  const bool by_driver = driver_keeps_programs(info);
-  if (const auto binary = by_driver ? std::nullopt : load_cached(cached);
-      binary && !binary->empty()) {
+  if (const auto binary = load_cached(cached); binary && !binary->empty()) {
     try {
       of_device = program_ = loaded(device, *binary, flags);
       if (!info.compiles_always) record_program(program, [&] { return *binary; });
@@ -174,7 +160,7 @@ Program::Program(const Device& device, const std::string& file, const Options& o
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
-  if (!by_driver || !is_marked(cached)) CompileAhead::begin();
+  CompileAhead::begin();
   driver_works_on(file + " on " + info.name, missing_tool(info));
   ::cl::Program compiled;
   try {
@@ -189,13 +175,19 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       ", options " + flags + ": " + error_text(error.err()) + missing_tool(info) +
                       "\n" + log);
   }
-  const auto binary = [&]() -> std::vector<unsigned char> {
+  const auto binary = [compiled, info]() -> std::vector<unsigned char> {
     const auto all = checked(info, [&] { return compiled.getInfo<CL_PROGRAM_BINARIES>(); });
     return all.empty() ? std::vector<unsigned char>{} : all[0];
   };
   if (!info.compiles_always) record_program(program, binary);
-  if (by_driver) return;
-  if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
+  const auto keep = [cached, binary] {
+    if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
+  };
+  // A binary makes PoCL compile all kernels that were not launched yet
+  if (driver_keeps_kernels(info))
+    known.to_keep.push_back(keep);
+  else
+    keep();
 }
 
 namespace {
@@ -220,7 +212,7 @@ void compile_rehearsed() {
   const auto all = std::exchange(rehearsed(), {});
   for (auto it = all.rbegin(); it != all.rend(); ++it) {
     auto kernel = Program(it->device, it->file, it->options).kernel(it->kernel);
-    if (driver_keeps_programs(it->device.info())) kernel.compile(it->local);
+    if (driver_keeps_kernels(it->device.info())) kernel.compile(it->local);
   }
 }
 

@@ -98,7 +98,6 @@ struct DeviceFigures {
   DeviceRates rates = default_rates();
   std::string key;  // of platform, device and driver
   bool is_processor = false;
-  bool keeps_kernels = false;  // whether its driver may have kernels of earlier programs
 };
 
 /// What pictures of an ideal lens cost.

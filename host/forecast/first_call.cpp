@@ -77,7 +77,7 @@ double meshes_and_trees_s(const World& world) {
 
 std::optional<double> kernels_s(const Plan& plan, const DeviceFigures& device) {
   if (device.key.empty()) return {};
-  if (device.keeps_kernels && number_in_cache(name_of_kernels(plan, device))) return 0;
+  if (number_in_cache(name_of_kernels(plan, device))) return 0;
   const double share = share_of_compiling(plan);
   if (const auto before = number_in_cache(name_of_device(device))) return *before * share;
   return device.is_processor ? std::optional(compile_on_processor_s * share + plans_s)

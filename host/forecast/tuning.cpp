@@ -100,15 +100,6 @@ DeviceFigures figures_of(const cl::DeviceInfo& device) {
                         untuned_rates(device),
                         device.platform + "\n" + device.name + "\n" + device.driver,
                         device.kind == cl::DeviceKind::cpu};
-  // PoCL keeps kernels in folders, in its usual place within kcache
-  figures.keeps_kernels = !cl::is_pocl(device);
-  std::error_code error;
-  auto kernels = cl::pocl_cache_folder();
-  if (std::filesystem::exists(kernels / "kcache", error)) kernels /= "kcache";
-  error.clear();
-  for (std::filesystem::directory_iterator file(kernels, error), end;
-       !error && !figures.keeps_kernels && file != end; file.increment(error))
-    figures.keeps_kernels = file->is_directory(error);
   if (const auto tuning = load_tuning(device)) figures.rates = tuning->rates;
   if (device.kind == cl::DeviceKind::cpu)
     figures.rates.host_butterfly_s = figures.rates.butterfly_s;

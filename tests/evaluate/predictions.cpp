@@ -236,16 +236,12 @@ TEST_CASE(
   CHECK_FALSE(kernels_s(plan, device));  // of no device
   device.key = "platform\ndevice\ndriver";
   CHECK_FALSE(kernels_s(plan, device));
-  device.is_processor = device.keeps_kernels = true;
+  device.is_processor = true;
   CHECK(kernels_s(plan, device).value() > 1);
   remember_kernels(plan, device, {{"kernels", 30}}, {{"kernels", 7.5}});
   CHECK(kernels_s(plan, device) == 0);
   remember_kernels(plan, device, {{"kernels", 0.01}}, {});
   CHECK(kernels_s(plan, device) == 0);
-  // The driver's own cache is empty again, or the scene needs other kernels
-  device.keeps_kernels = false;
-  CHECK(kernels_s(plan, device) == 7.5);
-  device.keeps_kernels = true;
   // Mirrors and glass need half as much again, known of the device or not
   const auto mirror =
       unseen_scene("teapot.toml", {"object.0.width=3 mm", "materials.china.reflectivity=0.2"});
@@ -253,11 +249,8 @@ TEST_CASE(
   CHECK(kernels_s(of_mirror, device).value() == Catch::Approx(1.45 * 7.5));
   remember_kernels(of_mirror, device, {{"kernels", 30}}, {{"kernels", 14.5}});
   CHECK(kernels_s(of_mirror, device) == 0);
-  device.keeps_kernels = false;
-  CHECK(kernels_s(plan, device).value() == Catch::Approx(10));
   // Little is compiled for a scene that shares kernels with those before it
   remember_kernels(plan, device, {{"kernels", 30}}, {{"kernels", 0.7}});
-  device.keeps_kernels = true;
   const auto shadowed = unseen_scene("teapot.toml", {"object.0.width=3 mm", "trace.shadows=true"});
   CHECK(kernels_s(make_plan(shadowed, build_world(shadowed)), device).value() == Catch::Approx(10));
 }
