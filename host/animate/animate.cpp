@@ -511,6 +511,7 @@ AnimateResult make_missing(FrameFiles& files,
     if (made.pictures > 0) {
       for (const auto& [stage, s] : one->processor_seconds) made.processor_seconds[stage] += s;
       made.timed_holograms += holograms;
+      if (files.is_helper()) one->line[FrameFiles::times_key] = one->processor_seconds;
     }
     queue.push([one, &files, picture, &turn] {
       turn(one->levels);

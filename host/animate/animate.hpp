@@ -29,7 +29,8 @@ struct AnimateResult {
   int pictures = 0, holograms = 0;  // made by this run
   double seconds = 0;               // of all but the first picture, until the last is written
   int timed_holograms = 0;          // of these pictures
-  // RenderResult's, of these pictures: with what was written meanwhile, of pictures before them
+  // RenderResult's, of all but each device's first picture: with what was written meanwhile, of
+  // pictures before them
   std::map<std::string, double> processor_seconds;
   std::vector<std::string> notes;        // of all pictures, each once
   std::map<std::string, int> by_device;  // pictures, of several devices

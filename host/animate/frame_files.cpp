@@ -17,6 +17,7 @@
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/scene/image.hpp"
 
 namespace raywave {
@@ -251,8 +252,10 @@ Json FrameFiles::add_line(const std::string& text) {
   const auto picture = line.is_object() ? integer_of(line, word()) : std::nullopt;
   if (!picture || text_of(line, "run") != run_)
     throw InputError(std::string("it plans these ") + word() + "s otherwise than the first device");
-  append(report_, text + "\n", own_report().string());
-  lines_.emplace(static_cast<int>(*picture), text + "\n");
+  auto kept = line;
+  kept.erase(times_key);
+  append(report_, line_of(kept), own_report().string());
+  lines_.emplace(static_cast<int>(*picture), line_of(kept));
   return line;
 }
 
@@ -287,6 +290,18 @@ std::map<std::string, std::string> FrameFiles::digests(const fs::path& folder) {
       for (const auto& hologram : *holograms)
         if (hologram.is_object())
           all[text_of(hologram, "file").value_or("")] = text_of(hologram, "digest").value_or("");
+    });
+  return all;
+}
+
+std::vector<std::string> FrameFiles::notes(const fs::path& folder) {
+  auto reports = part_reports(folder);
+  reports.push_back(folder / report_name);
+  std::vector<std::string> all;
+  for (const auto& report : reports)
+    for_lines_of(report, [&](const Json& line) {
+      for (const auto& note : line.is_object() ? line.value("notes", Json::array()) : Json::array())
+        if (note.is_string()) add_lines(all, {note.get<std::string>()});
     });
   return all;
 }

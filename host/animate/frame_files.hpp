@@ -45,6 +45,8 @@ class FrameFiles {
 public:
   static constexpr const char* report_name = "report.jsonl";
   static constexpr const char* stream_name = "frames.raw";
+  /// In the lines of helpers: AnimateResult's, of one picture.
+  static constexpr const char* times_key = "processor_seconds";
   static constexpr const char* shared_name = "shared.json";  // of Animator; goes when all is there
   /// Pattern of the PNGs' names, as printf and ffmpeg read it.
   ///
@@ -71,6 +73,7 @@ public:
 
   PictureRange wanted() const { return wanted_; }
   bool is_part() const { return is_helper_ || wanted_.end - wanted_.first < schedule_.pictures(); }
+  bool is_helper() const { return is_helper_; }
   /// Wanted or not.
   int all() const { return schedule_.pictures(); }
   /// "picture", or "tile": in messages and lines.
@@ -89,7 +92,7 @@ public:
   /// throws  InputError when something cannot be written; the picture is then not there
   void add(int picture, std::span<const std::vector<std::uint8_t>> holograms, Json line);
 
-  /// Adds the line of a picture that a helper has stored, and returns it.
+  /// Adds the line of a picture that a helper has stored, without its times, and returns it.
   ///
   /// throws  InputError for a line of another run
   Json add_line(const std::string& text);
@@ -105,6 +108,9 @@ public:
   static std::string tile_name(int hologram);
   /// The digests of a folder's PNGs by their names, as its reports have them.
   static std::map<std::string, std::string> digests(const std::filesystem::path& folder);
+
+  /// Of all lines of a folder's reports, each once.
+  static std::vector<std::string> notes(const std::filesystem::path& folder);
 
   /// "powers" of the lines of a report, empty where a line has none.
   static std::vector<std::vector<double>> powers(const std::filesystem::path& folder);

@@ -9,6 +9,7 @@
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
+#include <system_error>
 #include <utility>
 #include <vector>
 
@@ -50,9 +51,31 @@ struct AnimateArguments {
   FrameStorage storage() const { return stream ? FrameStorage::stream : FrameStorage::pngs; }
 };
 
+/// The videos with the digests that the report names. Others are damaged or of other pictures: they
+/// go, and it is said of those that are not made again.
+///
+/// all_there  no picture is made
+Json keep_videos(const AnimateArguments& options, bool all_there, bool is_part) {
+  const std::filesystem::path folder(options.out);
+  const auto report = report_in(folder);
+  auto kept = Json::object();
+  std::string gone;
+  for (const auto& [name, left_out] :
+       {std::pair(video_name, options.no_video), std::pair(preview_name, options.no_preview)}) {
+    const Json::json_pointer place(std::string("/animation/videos/") + name);
+    std::error_code ignored;
+    if (all_there && report.contains(place) && report[place] == digest_of_file(folder / name))
+      kept[name] = report[place];
+    else if (std::filesystem::remove(folder / name, ignored) && (left_out || is_part))
+      gone += (gone.empty() ? "" : ", ") + std::string(name);
+  }
+  if (!gone.empty()) options.report.note("removed " + gone + ": damaged, or of other pictures");
+  return kept;
+}
+
 /// report.json, which lets reconstruct and encode read the holograms; of any part the same.
 void write_report(const std::filesystem::path& folder, const Scene& scene, const Animator& animator,
-                  FrameStorage storage, const std::string& run,
+                  FrameStorage storage, const std::string& run, const Json& videos,
                   const std::vector<std::string>& notes) {
   const auto& schedule = animator.schedule();
   auto hologram = scene.hologram;
@@ -89,19 +112,19 @@ void write_report(const std::filesystem::path& folder, const Scene& scene, const
                                            : FrameFiles::png_pattern(names.empty() ? "" : "LASER")},
                        {"shape", shape},
                        {"lines", FrameFiles::report_name}};
+  if (!videos.empty()) json["animation"]["videos"] = videos;
   json["notes"] = notes;
   write_text(folder / "report.json", json.dump(2) + "\n");
 }
 
 /// Makes the videos that are missing.
+///
+/// there  of keep_videos
 void write_videos(const AnimateArguments& options, const cl::Device& device, cl::FftBackend fft,
-                  const Animator& animator, const StoredHolograms& holograms, double rate_per_s) {
-  const auto is_there = [&](const char* name) {
-    std::error_code error;
-    return std::filesystem::exists(holograms.folder / name, error);
-  };
-  const bool wants_video = !options.no_video && !is_there(video_name),
-             wants_preview = !options.no_preview && !is_there(preview_name);
+                  const Animator& animator, const StoredHolograms& holograms, double rate_per_s,
+                  const Json& there) {
+  const bool wants_video = !options.no_video && !there.contains(video_name),
+             wants_preview = !options.no_preview && !there.contains(preview_name);
   if (!wants_video && !wants_preview) return;
   const auto ffmpeg = find_program("ffmpeg");
   if (!ffmpeg) {
@@ -112,13 +135,22 @@ void write_videos(const AnimateArguments& options, const cl::Device& device, cl:
     return;
   }
   ProgressBar bar(options.report.quiet);
+  const auto& folder = holograms.folder;
+  const auto report = [&](const char* name) {
+    auto json = report_in(folder);
+    json["animation"]["videos"][name] = digest_of_file(folder / name);
+    write_text(folder / "report.json", json.dump(2) + "\n");
+  };
   if (wants_video) {
     bar.show(video_name, 0);
-    write_hologram_video(*ffmpeg, holograms, holograms.folder / video_name);
+    write_hologram_video(*ffmpeg, holograms, folder / video_name);
+    report(video_name);
   }
-  if (wants_preview)
-    write_preview(*ffmpeg, device, fft, animator, holograms, holograms.folder / preview_name,
-                  rate_per_s, [&](double share) { bar.show(preview_name, share); });
+  if (wants_preview) {
+    write_preview(*ffmpeg, device, fft, animator, holograms, folder / preview_name, rate_per_s,
+                  [&](double share) { bar.show(preview_name, share); });
+    report(preview_name);
+  }
 }
 
 std::vector<Scene> load_moving(const SceneOptions& options, const ReportOptions& report) {
@@ -174,8 +206,9 @@ void run_animate(const AnimateArguments& options) {
 
   AnimateResult made;
   std::optional<Animator> animator;
-  std::vector<std::string> notes;
+  std::vector<std::string> notes, said;
   StoredHolograms stored;
+  Json videos;
   int found = 0;
   {
     ProgressBar bar(options.report.quiet);
@@ -190,18 +223,15 @@ void run_animate(const AnimateArguments& options) {
       if (const auto text = eye_distance_warning(scenes[0].viewer, near_m); !text.empty())
         notes.push_back("picture " + std::to_string(picture) + ": " + text);
     if (!of_colour.empty()) notes.push_back(of_colour);
-    for (const auto& note : notes) options.report.note(note);
-    if (options.restart) FrameFiles::remove(folder);
     const auto run = animator->run_name(storage);
+    if (is_part) said = said_by_parts(folder, "animation", run);
+    say(options.report, notes, said);
+    if (options.restart) FrameFiles::remove(folder);
     FrameFiles files(folder, storage, run, animator->schedule(), animator->stored_size(),
                      animator->laser_names(), wanted);
     found = files.pictures();
-    if (found < wanted.end - wanted.first) {
-      std::error_code ignored;
-      for (const auto* name : {video_name, preview_name})
-        std::filesystem::remove(folder / name, ignored);
-    }
-    write_report(folder, scenes[0], *animator, storage, run, notes);
+    videos = keep_videos(options, found == wanted.end - wanted.first, is_part);
+    write_report(folder, scenes[0], *animator, storage, run, videos, notes);
     add_to_end_at_signals("; the same command goes on with the pictures that are missing");
     const auto progress = [&](const std::string& what, double share) { bar.show(what, share); };
     made = devices.size() > 1 ? make_on(devices, words_of(options), files, progress)
@@ -214,14 +244,13 @@ void run_animate(const AnimateArguments& options) {
               animator->schedule().slm_rate_per_s() * static_cast<double>(animator->lasers()),
               animator->laser_names()};
   }
-  const auto said = notes.size();
   add_lines(notes, made.notes);
   const auto goal = options.goal.goal();
   if (const double pictures_per_s = (made.pictures - 1) / std::max(made.seconds, 1e-9);
       goal.rate_per_s && made.pictures > 1 && pictures_per_s < *goal.rate_per_s)
     notes.push_back(number_text(pictures_per_s) + " pictures a second were computed, where " +
                     number_text(*goal.rate_per_s) + " were asked for");
-  for (auto i = said; i < notes.size(); ++i) options.report.note(notes[i]);
+  say(options.report, notes, said);
   const double per_s = made.seconds > 0 ? made.timed_holograms / made.seconds : 0;
   if (options.report.prints_text()) {
     if (found > 0) std::printf("%d pictures were there\n", found);
@@ -237,7 +266,7 @@ void run_animate(const AnimateArguments& options) {
     }
   }
   if (!is_part)
-    write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s);
+    write_videos(options, device, fft, *animator, stored, scenes[0].animation->rate_per_s, videos);
   else if (options.report.prints_text())
     std::printf("pictures %d to %d, of 0 to %d; videos are made of all of them\n", wanted.first,
                 wanted.end - 1, animator->schedule().pictures() - 1);

@@ -11,6 +11,7 @@
 #include <cstdio>
 #include <exception>
 #include <functional>
+#include <map>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
@@ -132,6 +133,9 @@ AnimateResult make_on(const std::vector<cl::DeviceInfo>& devices,
       made.timed_holograms += holograms;
     else
       since_first.emplace();
+    if (const auto times = line.find(FrameFiles::times_key); times != line.end())
+      for (const auto& [stage, s] : times->get<std::map<std::string, double>>())
+        made.processor_seconds[stage] += s;
     if (line.contains("notes"))
       add_lines(made.notes, line["notes"].get<std::vector<std::string>>());
     ++made.by_device[helper.device.index];

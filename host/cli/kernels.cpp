@@ -27,6 +27,7 @@ namespace {
 struct KernelsArguments {
   std::vector<std::string> scenes, set;
   bool strict = false;
+  GoalOptions goal;
   DeviceOptions device;
   ReportOptions report;
   std::string folder, target;
@@ -52,7 +53,7 @@ void use_shared(const cl::Device& device) {
 ///
 /// waves  whose programs are wanted, for levels alone; none: those of the device
 void use(const cl::Device& device, const std::optional<cl::Device>& waves,
-         const std::vector<Scene>& lasers, ProgressBar& bar) {
+         const std::vector<Scene>& lasers, const Goal& goal, ProgressBar& bar) {
   RenderOptions how;
   how.waves_device = waves;
   how.fft = cl::FftBackend::host;
@@ -61,7 +62,14 @@ void use(const cl::Device& device, const std::optional<cl::Device>& waves,
   std::vector<RenderResult> results;
   for (const bool keeps_field : {true, false}) {  // without it, levels may come of transforms
     how.keep_field = keeps_field;
-    if (!waves || !keeps_field) results = Renderer(device, lasers, world, how).render_lasers();
+    if (waves && keeps_field) continue;
+    auto scenes = lasers;
+    if (goal.any()) {
+      const auto planned =
+          plan_scenes(lasers, world, figures_of(device.info()), goal, {.field = keeps_field});
+      for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
+    }
+    results = Renderer(device, scenes, world, how).render_lasers();
   }
   if (waves) return;
   for (const auto& laser : results) {
@@ -119,6 +127,7 @@ void run_kernels(const KernelsArguments& options) {
         "RAYWAVE_PROGRAM_DIR is set, which forbids to compile; raywave kernels needs it unset");
   std::optional<Toolchain> toolchain;
   if (!options.target.empty()) toolchain = choice_of<Toolchain>(options.target, "--target");
+  const auto goal = options.goal.goal();
   auto info = options.device.info();
   auto waves_info = options.device.waves(info);
   if (toolchain) {  // the device stands in for the FPGA
@@ -149,7 +158,7 @@ void run_kernels(const KernelsArguments& options) {
   if (!waves) use_shared(device);
   for (const auto& lasers : scenes) {
     ProgressBar bar(options.report.quiet);
-    use(device, waves, lasers, bar);
+    use(device, waves, lasers, goal, bar);
   }
   const auto& programs = recorder.programs();
   std::vector<std::string> files;
@@ -185,6 +194,7 @@ void add_kernels(CLI::App& app) {
       ->type_name("SCENE");
   add_set(*command, options->set);
   add_strict(*command, options->strict);
+  options->goal.add_to(*command);
   options->device.add_device_to(*command);
   add_output(*command, options->folder, "binaries, sources and manifest.tsv")->required();
   options->device.add_waves_to(*command);

@@ -1,10 +1,12 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/parts.hpp"
 
+#include <algorithm>
 #include <charconv>
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
+#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -90,6 +92,31 @@ std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vecto
   return {std::move(planned), colour_warning(scenes, world)};
 }
 
+std::vector<std::string> said_by_parts(const std::filesystem::path& folder, const char* kind,
+                                       const std::string& run) {
+  auto said = FrameFiles::notes(folder);
+  const auto report = report_in(folder);
+  const Json::json_pointer place("/" + std::string(kind) + "/run");
+  if (report.contains(place) && report[place] == run)
+    for (const auto& note : report.value("notes", Json::array()))
+      if (note.is_string()) said.push_back(note);
+  return said;
+}
+
+void say(const ReportOptions& report, const std::vector<std::string>& notes,
+         std::vector<std::string>& said) {
+  for (const auto& note : notes) {
+    if (std::ranges::find(said, note) != said.end()) continue;
+    report.note(note);
+    said.push_back(note);
+  }
+}
+
+Json report_in(const std::filesystem::path& folder) {
+  std::ifstream in(folder / "report.json");
+  return Json::parse(in, nullptr, false);
+}
+
 namespace {
 
 /// report.json, by which reconstruct finds the tiles; of any part the same.
@@ -151,14 +178,16 @@ void run_tiles(const TilesArguments& options) {
   const auto notes = hologram.notes([&](const Scene& scene, const World& world, const Plan& plan) {
     return render_warnings(planned, scene, world, plan);
   });
-  for (const auto& note : notes) options.report.note(note);
+  const auto run = hologram.run_name(FrameStorage::tiles);
+  const int count = hologram.schedule().pictures();
+  const auto wanted = range_of("--tiles", options.tiles, "tile", count);
+  const bool is_part = wanted.end - wanted.first < count;
+  auto said = is_part ? said_by_parts(folder, "tiles", run) : std::vector<std::string>();
+  say(options.report, notes, said);
   if (options.goal.psnr_db)
     options.report.note("--psnr is not checked: no tile shows a whole picture");
   const auto& tiling = hologram.plan().tiling;
-  const int count = hologram.schedule().pictures();
-  const auto wanted = range_of("--tiles", options.tiles, "tile", count);
-  const HeldFolder held(folder, wanted.end - wanted.first < count);
-  const auto run = hologram.run_name(FrameStorage::tiles);
+  const HeldFolder held(folder, is_part);
   FrameFiles files(folder, FrameStorage::tiles, run, hologram.schedule(), tiling.tile_size, {},
                    wanted);
   const int found = files.pictures();
@@ -174,7 +203,7 @@ void run_tiles(const TilesArguments& options) {
   bar.reset();
   auto all_notes = notes;
   add_lines(all_notes, made.notes);
-  for (auto i = notes.size(); i < all_notes.size(); ++i) options.report.note(all_notes[i]);
+  say(options.report, all_notes, said);
   if (options.report.prints_text()) {
     if (found > 0)
       std::printf("%s there\n",

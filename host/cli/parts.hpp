@@ -2,6 +2,7 @@
 /// What is made part by part: the pictures of an animation, the tiles of a hologram.
 #pragma once
 
+#include <filesystem>
 #include <string>
 #include <utility>
 #include <vector>
@@ -9,6 +10,7 @@
 #include "cl/device.hpp"
 #include "host/animate/frame_files.hpp"
 #include "host/cli/options.hpp"
+#include "host/common/json.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/scene/scene.hpp"
 
@@ -32,6 +34,18 @@ std::string count_text(int count, const char* what);
 /// returns  the plans of the goal, or none; and a line on colours, or none
 std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
                                                     const cl::Device& device, bool by_tile = false);
+
+/// report.json of a folder; discarded where there is none.
+Json report_in(const std::filesystem::path& folder);
+
+/// What other parts of a run have said, as far as its folder knows.
+///
+/// kind  in report.json: "animation", "tiles"
+std::vector<std::string> said_by_parts(const std::filesystem::path& folder, const char* kind,
+                                       const std::string& run);
+/// Prints what has not been said, and adds it to that.
+void say(const ReportOptions& report, const std::vector<std::string>& notes,
+         std::vector<std::string>& said);
 
 /// throws  InputError for scenes of several lasers, whose tiles are not made together
 void require_one_laser(const std::vector<Scene>& scenes);

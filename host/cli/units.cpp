@@ -23,6 +23,7 @@
 #include "host/cli/helpers.hpp"
 #include "host/cli/options.hpp"
 #include "host/cli/parts.hpp"
+#include "host/common/child_program.hpp"
 #include "host/common/error.hpp"
 #include "host/common/json.hpp"
 #include "host/common/output.hpp"
@@ -63,9 +64,14 @@ std::pair<Schedule, UnitCost> cost_of(const auto& scene, const cl::Device& devic
   struct Folder {
     std::filesystem::path path =
         std::filesystem::temp_directory_path() / ("raywave-units-" + std::to_string(getpid()));
+    // Removes it at the end of this process, also by a signal
+    ChildProgram remover{"/bin/sh",
+                         {"-c", "trap '' INT TERM HUP; cat; rm -rf -- \"$0\"", path.string()},
+                         ".",
+                         ChildProgram::Held::input};
     std::error_code ignored{};
     Folder() { std::filesystem::create_directory(path, ignored); }
-    ~Folder() { std::filesystem::remove_all(path, ignored); }
+    ~Folder() { remover.end(); }
   } folder;
   std::optional<Schedule> schedule;
   const auto made = [&](bool is_first, int count) {

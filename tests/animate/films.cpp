@@ -16,6 +16,7 @@ namespace {
 
 using namespace test;
 namespace fs = std::filesystem;
+using Catch::Matchers::ContainsSubstring;
 
 TEST_CASE("PNGs that are not compressed hold their levels, wherever blocks end in their rows") {
   const Folder folder;
@@ -137,6 +138,50 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
   }
   CHECK(largest > 100);
   CHECK(step < largest / 4);
+}
+
+TEST_CASE("a video that is damaged is made anew, and none of other pictures stays") {
+  Desk desk;
+  desk.scene(moving_lines);
+  fs::create_directory(desk.file("bin"));
+  const auto ffmpeg = [&](const std::string& does) {
+    desk.folder().write("bin/ffmpeg", "#!/bin/sh\n" + does + "\n");
+    fs::permissions(desk.file("bin/ffmpeg"), fs::perms::owner_all);
+  };
+  const auto animate = [&](std::vector<std::string> more) {
+    more.insert(more.begin(),
+                {"animate", desk.file("scene.toml"), "-o", desk.out(""), "--no-preview"});
+    const auto outcome = desk.run(more, {"PATH=" + desk.file("bin") + ":/usr/bin:/bin"});
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return outcome.err;
+  };
+  const auto video = desk.out("holograms.mkv");
+  ffmpeg("for last; do :; done; echo video > \"${last#file:}\"");
+  animate({});
+  fs::resize_file(video, 3);
+  animate({});
+  CHECK(bytes_of(video) == "video\n");
+  ffmpeg("exit 1");  // is not asked
+  CHECK_THAT(animate({"--pictures", "2"}) + animate({}), !ContainsSubstring("removed"));
+  CHECK(bytes_of(video) == "video\n");
+  desk.folder().write("out/frame_00003.png", "no picture");
+  CHECK_SAYS(animate({"--no-video"}), "removed holograms.mkv: damaged, or of other pictures");
+  CHECK_FALSE(fs::exists(video));
+}
+
+TEST_CASE("parts of a film say once what each of them would") {
+  Desk desk;
+  desk.folder().write("square.obj", "mtllib none.mtl\n" + square_obj());
+  desk.scene(moving_lines);
+  const auto says = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"animate", desk.file("scene.toml"), "-o", desk.out(""), "--no-video",
+                               "--no-preview"});
+    return desk.run(more).err;
+  };
+  CHECK_SAYS(says({"--pictures", "0..2"}), "library \"none.mtl\"", "sampling.pitch 20 um is finer");
+  CHECK(says({"--pictures", "3"}).empty());
+  CHECK_SAYS(says({}), "library \"none.mtl\"", "sampling.pitch 20 um is finer");
 }
 
 const std::string three = "hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]";

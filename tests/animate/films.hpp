@@ -2,9 +2,12 @@
 /// Desks whose scenes move, and the files that films of them are.
 #pragma once
 
+#include <chrono>
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <string>
+#include <thread>
 
 #include "host/animate/animate.hpp"
 #include "tests/support/catch.hpp"
@@ -33,6 +36,12 @@ inline std::map<std::string, std::string> files_of(const std::filesystem::path& 
   for (const auto& entry : std::filesystem::directory_iterator(folder))
     files[entry.path().filename().string()] = bytes_of(entry.path());
   return files;
+}
+
+inline bool waits_for(const std::function<bool()>& holds) {
+  for (int i = 0; i < 24000 && !holds(); ++i)
+    std::this_thread::sleep_for(std::chrono::milliseconds(5));
+  return holds();
 }
 
 inline AnimateResult run(const Animator& animator, const std::filesystem::path& folder,

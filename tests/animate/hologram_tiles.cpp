@@ -4,6 +4,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <csignal>
 #include <cstdint>
 #include <nlohmann/json.hpp>
 #include <string>
@@ -180,11 +181,14 @@ TEST_CASE("render --tiles makes parts and then the rest, and refuses what needs 
                                "hologram.tiles=[2,2]", "--tiles", which});
     return desk.run(more);
   };
-  CHECK_SAYS(tiles("1..2").out, "2 tiles of 24 x 16", "tiles 1 to 2, of 0 to 3, 2 x 2");
+  const auto first = tiles("1");
+  CHECK_SAYS(first.out, "1 tile of 24 x 16", "tiles 1 to 1, of 0 to 3, 2 x 2");
+  CHECK_SAYS(first.err, "sampling.pitch 20 um is finer");
+  CHECK(tiles("2").err.empty());  // what the first has said
   CHECK_SAYS(tiles("all").out, "2 tiles were there", "2 tiles of 24 x 16");
   CHECK_SAYS(tiles("3").out, "1 tile was there");
   CHECK(std::filesystem::exists(desk.out("tile_00003.png")));
-  CHECK_FALSE(std::filesystem::exists(desk.out("report_00001_00002.jsonl")));
+  CHECK_FALSE(std::filesystem::exists(desk.out("report_00001_00001.jsonl")));
 
   check_refused(tiles("4"), 2, "there are 4 tiles, 0 to 3");
   check_refused(tiles("2..1"), 2, "the last one comes before the first");
@@ -244,6 +248,26 @@ TEST_CASE("units divides a hologram in tiles, and what it names makes all of it"
   CHECK(json.at("tile_s").get<double>() > 0);
   CHECK(json.at("command").at(1) == "render");
   check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "hologram.tiles");
+}
+
+TEST_CASE("units leaves no folder behind, whatever ends it") {
+  const Desk desk;
+  const auto folder = desk.folder() / "temporary";
+  std::filesystem::create_directory(folder);
+  const auto is_there = [&] {
+    return std::ranges::any_of(std::filesystem::directory_iterator(folder), [](const auto& entry) {
+      return entry.path().filename().string().starts_with("raywave-units-");
+    });
+  };
+  for (const int signal : {SIGTERM, SIGKILL}) {
+    const auto program =
+        desk.start({"units", desk.file("scene.toml"), "--quiet", "--set", "hologram.tiles=[6,6]"},
+                   {"TMPDIR=" + folder.string()});
+    CHECK(waits_for(is_there));
+    kill(program, signal);
+    CHECK(desk.outcome_of(program).code == -1);
+    CHECK(waits_for([&] { return !is_there(); }));
+  }
 }
 
 TEST_CASE("a hologram of 65,536 x 65,536 pixels is made in tiles, in the memory of one") {
