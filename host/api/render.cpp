@@ -557,6 +557,13 @@ void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& 
   state_->renderer->set_pose(object, vector_of(position_m), vector_of(rotation_deg));
 }
 
+void Renderer::set_solid_pose(std::size_t object, const Vec3& position_m,
+                              const Vec3& rotation_deg) {
+  const Turn turn(state_->mutex, state_->is_busy);
+  require_pose(object, objects(), position_m, rotation_deg);
+  state_->renderer->set_solid_pose(object, vector_of(position_m), vector_of(rotation_deg));
+}
+
 void Renderer::set_mesh(std::size_t object, const MeshView& mesh) {
   const Turn turn(state_->mutex, state_->is_busy);
   state_->set_mesh(object, mesh);

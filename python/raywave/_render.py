@@ -500,14 +500,23 @@ class Renderer:
         """Notes on the last picture for the user, one line each."""
         return self._core.notes
 
-    def set_pose(self, object: int, position: Vector, rotation: Vector = (0.0, 0.0, 0.0)) -> None:
+    def set_pose(
+        self,
+        object: int,
+        position: Vector,
+        rotation: Vector = (0.0, 0.0, 0.0),
+        *,
+        solid: bool = False,
+    ) -> None:
         """Sets where an object stands: the place of its anchor (x, y, z), in metres, and its
         rotation in degrees about x, then y, then z. The anchor is the centre of the bounding box
-        unless the scene says otherwise. Raises InputError for a pose that cannot be; the object
-        then stays.
+        unless the scene says otherwise. solid: it keeps its size, as objects of [animation] do,
+        whatever its `width` would make of the turned mesh, and turns about the middle of the box
+        that it was placed with. Raises InputError for a pose that cannot be; the object then stays.
         """
         index = _whole(object, "object", 0, self._core.objects - 1)
-        self._core.set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))
+        set_pose = self._core.set_solid_pose if solid else self._core.set_pose
+        set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))
 
     def set_mesh(self, object: int, mesh: Any) -> None:
         """Gives an object another mesh: arrays, points or a trimesh, as SceneObject.mesh takes

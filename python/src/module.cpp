@@ -388,6 +388,13 @@ NB_MODULE(_core, m) {
           },
           "object"_a, "position"_a, "rotation"_a)
       .def(
+          "set_solid_pose",
+          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {
+            const nb::gil_scoped_release release;
+            r.renderer.set_solid_pose(object, position, rotation);
+          },
+          "object"_a, "position"_a, "rotation"_a)
+      .def(
           "set_mesh",
           [](Renderer& r, std::size_t object, const MeshArrays& mesh) {
             const nb::gil_scoped_release release;

@@ -235,7 +235,10 @@ def test_a_renderer_fills_memory_of_the_callers(scene):
     renderer.render(out=memoryview(room)[8:-8].cast("B", renderer.shape))
     assert bytes(room[8:-8]) == out.tobytes() and not any(room[:8]) and not any(room[-8:])
     renderer.set_pose(0, (0, 0, 0.012), (0, 20, 0))
-    assert not np.array_equal(renderer.render().levels, expected.levels)
+    turned = renderer.render().levels.copy()
+    assert not np.array_equal(turned, expected.levels)
+    renderer.set_pose(0, (0, 0, 0.012), (0, 20, 0), solid=True)  # not as wide as at first
+    assert not np.array_equal(renderer.render().levels, turned)
     renderer.set_seed(5)
 
 

@@ -386,6 +386,19 @@ TEST_CASE("a scene of three lasers renders the bits of the command line, laser b
                     ContainsSubstring("wavelength:"));
 }
 
+TEST_CASE("a solid keeps its size as it turns, where a pose of its width does not") {
+  const auto light = [](bool is_solid) {
+    Renderer renderer(glowing_card({"colour.only=520 nm"}), {.keep_field = true});
+    const Vec3 place{0, 0, 0.01}, turned{0, 60, 0};
+    is_solid ? renderer.set_solid_pose(0, place, turned) : renderer.set_pose(0, place, turned);
+    double sum = 0;
+    for (const auto& sample : samples_of(renderer.render().field())) sum += std::norm(sample);
+    return sum;
+  };
+  // Half as wide as it was; or as wide, and twice as high
+  CHECK(light(false) / light(true) == Catch::Approx(4).epsilon(0.1));
+}
+
 TEST_CASE("colours that the library shows are those of the material") {
   const auto scene = glowing_card();
   const auto of_one = glowing_card({"colour.only=520 nm"});

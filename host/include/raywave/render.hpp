@@ -184,6 +184,12 @@ public:
   ///         stays
   void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
 
+  /// The same of an object that keeps its size, whatever its `width` would make of the turned mesh,
+  /// as those of `[animation]` do; it turns about the middle of the box that it was placed with.
+  ///
+  /// throws  as set_pose
+  void set_solid_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
+
   /// Gives an object another mesh, as Scene::set_mesh does; poses, lights and what was planned
   /// stay. Trees are built anew: the teapot's next picture takes three to four times as long.
   ///
