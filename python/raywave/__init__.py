@@ -67,6 +67,7 @@ from ._render import (
     render,
 )
 from ._scene import Scene, SceneObject, load_scene
+from ._view import view
 
 if TYPE_CHECKING:
     from . import jax, torch
@@ -117,6 +118,7 @@ __all__ = [
     "shown",
     "torch",
     "trade",
+    "view",
 ]
 
 

@@ -41,6 +41,7 @@ def test_there_are_notebooks():
 @pytest.mark.parametrize("file", NOTEBOOKS, ids=lambda file: file.stem)
 def test_notebook(file, tmp_path):
     pytest.importorskip("matplotlib")
+    pytest.importorskip("anywidget")
     where = os.path.dirname(os.path.dirname(os.path.abspath(raywave.__file__)))
     environment = {**os.environ, "MPLBACKEND": "Agg", "MPLCONFIGDIR": str(tmp_path),
                    "PYTHONPATH": where}

@@ -131,5 +131,5 @@ def test_a_wheel_installs_into_an_empty_environment_and_runs(tmp_path):
     assert "hologram  160 x 120 pixels" in shown and "psnr_db" in shown and "PSNR, dB" in shown
     assert (tmp_path / "hologram.png").stat().st_size > 1000
     files = run(*pip, "show", "-f", "raywave")
-    for name in ("py.typed", "_core.pyi", "raywave_mesh_reader", "LICENSE-WHEEL.md"):
+    for name in ("py.typed", "_core.pyi", "_widget.js", "raywave_mesh_reader", "LICENSE-WHEEL.md"):
         assert name in files, files
