@@ -21,12 +21,16 @@
 #include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
+#include "host/display/display.hpp"
+#include "host/display/side_panel.hpp"
 #include "host/display/viewer_window.hpp"
+#include "host/forecast/cost.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/geometry/world.hpp"
 #include "host/live/live_scene.hpp"
 #include "host/live/steps.hpp"
+#include "host/planning/make_plan.hpp"
 #include "host/scene/image.hpp"
 #include "host/view/colour_picture.hpp"
 
@@ -48,11 +52,19 @@ constexpr const char* keys =
     "sees. P: the next preset. R: levels refined. - and =: exposure. 0: as the scene has it.\n"
     "S: save the picture. Q: end\n";
 
-/// What keys and mouse do.
+/// What keys, mouse and panel do.
 class Hand {
 public:
-  Hand(Viewing start, double depth_m, double height_m)
-      : viewing(start), start_(std::move(start)), depth_m_(depth_m), height_m_(height_m) {}
+  Hand(const LiveScene& live, const Scene& scene)
+      : viewing(live.start()),
+        start_(viewing),
+        depth_m_(live.depth_m()),
+        height_m_(live.window_m().y),
+        viewer_(scene.viewer) {
+    for (std::size_t i = 0; i < scene.objects.size(); ++i)
+      names_.push_back(std::to_string(i) + ": " +
+                       one_line(scene.objects[i].mesh.filename().string()));
+  }
 
   /// Returns whether anything is seen of it.
   bool apply(const UserAction& action) {
@@ -72,18 +84,74 @@ public:
     return true;
   }
 
+  /// The same by fields.
+  bool fill(Fields& fields) {
+    bool has_changed = false;
+    const auto now = [&](bool is_changed) {
+      has_changed |= is_changed;
+      return is_changed;
+    };
+    auto& v = viewing;
+    now(fields.check("hologram", v.hologram));
+    fields.beside();
+    now(fields.check("lens", v.lens));
+    fields.beside();
+    now(fields.check("refined", v.plans.are_refined));
+    if (fields.button("save")) apply_key("s");
+    fields.beside();
+    now(fields.button("reset") && apply_key("0"));
+    static const std::vector<std::string> presets{"as started", "draft", "balanced", "accurate"};
+    std::size_t preset = v.plans.preset ? 1 + static_cast<std::size_t>(*v.plans.preset) : 0;
+    if (now(fields.choice("preset", preset, presets)))
+      v.plans.preset = preset > 0 ? std::optional(static_cast<Preset>(preset - 1)) : std::nullopt;
+
+    fields.choice("object", object, names_);
+    auto& pose = v.poses[object];
+    auto at_mm = 1e3 * pose.position_m;
+    if (now(fields.numbers("position, mm", {&at_mm.x, 3}, 5 * depth_m_, "%.2f")))
+      pose.position_m = 1e-3 * at_mm;
+    now(fields.numbers("rotation, deg", {&pose.rotation_deg.x, 3}, 0.5, "%.1f"));
+
+    auto focus_mm = 1e3 * v.focus_m;
+    const auto range_mm = 1e3 * (start_.focus_m + depth_m_ * glm::dvec2(-2, 2));
+    if (now(fields.slider("focus, mm", focus_mm, range_mm, "%.2f"))) v.focus_m = 1e-3 * focus_mm;
+    if (viewer_.eyepiece_m) {
+      auto dioptres = dioptres_of_depth(viewer_, v.focus_m);
+      const double least = 1e-3 - 1 / *viewer_.eyepiece_m;  // below, it shows no plane
+      if (now(fields.numbers("focus, D", {&dioptres, 1}, 0.01, "%.2f")))
+        v.focus_m = depth_of_dioptres(viewer_, std::max(dioptres, least));
+    } else {
+      auto eye = in_frame(v.eye, Frame::eye) + 0.0;  // no "-0.00"
+      if (now(fields.numbers("eye", {&eye.x, 2}, 0.01, "%.2f")))
+        look_from(in_frame(eye, Frame::eye));
+      if (now(fields.slider("part", v.part, {least_part, 1}, "%.2f"))) look_from(v.eye, 1);
+    }
+    now(fields.slider("exposure, stops", v.stops, {-8, 8}, "%+.1f"));
+    return has_changed;
+  }
+
   Viewing viewing;
   std::size_t object = 0;
-  bool ends = false, saves = false;
+  bool ends = false, saves = false, shows_panel = true;
 
 private:
+  static constexpr double least_part = 0.05;
+
+  /// Through a part of the hologram that stays open; an eye does not see through all of it.
+  void look_from(glm::dvec2 eye, double largest_part = 0.5) {
+    auto& part = viewing.part;
+    part = std::clamp(part, least_part, largest_part);
+    viewing.eye = glm::clamp(eye, glm::dvec2(part - 1), glm::dvec2(1 - part));
+  }
+
   bool apply_key(const std::string& key) {
     constexpr double step = 0.1;
-    auto& eye = viewing.eye;
     if (key == "q" || key == "escape")
       ends = true;
     else if (key == "s")
       saves = true;
+    else if (key == "m")
+      shows_panel = !shows_panel;
     else if (key == "tab")
       object = (object + 1) % viewing.poses.size();
     else if (key == "h")
@@ -98,18 +166,16 @@ private:
       viewing = start_;
     else if (const glm::dvec2 way((key == "left") - (key == "right"),
                                   (key == "up") - (key == "down"));
-             way != glm::dvec2(0)) {
-      viewing.part = std::min(viewing.part, 0.5);  // an eye does not see through all of it
-      eye += step * way;
-    } else if (key == "[" || key == "]")
-      viewing.part = std::clamp(viewing.part * (key == "[" ? 0.8 : 1.25), 0.05, 1.0);
-    else if (key == "-" || key == "=")
+             way != glm::dvec2(0))
+      look_from(viewing.eye + step * way);
+    else if (key == "[" || key == "]") {
+      viewing.part *= key == "[" ? 0.8 : 1.25;
+      look_from(viewing.eye, 1);
+    } else if (key == "-" || key == "=")
       viewing.stops += key == "-" ? -0.5 : 0.5;
     else
       return false;
-    // A part of the hologram stays open
-    eye = glm::clamp(eye, glm::dvec2(viewing.part - 1), glm::dvec2(1 - viewing.part));
-    return key != "tab" && key != "s";
+    return key != "tab" && key != "s" && key != "m";
   }
 
   /// Those that take a frame's time, and then as it was started.
@@ -120,20 +186,37 @@ private:
 
   Viewing start_;
   double depth_m_, height_m_;
+  ViewerSpec viewer_;
+  std::vector<std::string> names_;  // of the objects
 };
 
-std::string title_of(const std::string& file, const Hand& hand, const LivePicture& picture,
-                     const std::vector<std::string>& notes) {
+/// What a window shows, and what is said of it.
+struct Shown {
+  LivePicture picture;
+  Viewing viewing;
+  std::vector<std::string> notes;
+  std::string error{};   // of what was wanted since
+  double made_s = 0;     // when
+  double after_s = 1e9;  // the picture before
+
+  std::string times() const {
+    return (picture.hologram_s > 0 ? format("hologram %.0f ms  ", 1e3 * picture.hologram_s) : "") +
+           format("picture %.0f ms", 1e3 * picture.picture_s);
+  }
+};
+
+/// Without a panel it says all.
+std::string title_of(const std::string& file, const Hand& hand, const Shown& shown) {
+  if (hand.shows_panel) return file;
+  if (!shown.error.empty()) return shown.error;
   const auto& v = hand.viewing;
   const auto eye = in_frame(v.eye, Frame::eye);
   return file + "  focus " + length_text(v.focus_m) + "  object " + std::to_string(hand.object) +
          (v.part < 1 ? format("  part %.2g at (%.1f, %.1f)", v.part, eye.x, eye.y) : "") +
          (v.stops != 0 ? format("  exposure %+.1f", v.stops) : "") +
          (v.plans.preset ? std::string("  ") + name_of(*v.plans.preset) : "") +
-         (v.plans.are_refined ? "  refined" : "") +
-         (picture.hologram_s > 0 ? format("  hologram %.0f ms", 1e3 * picture.hologram_s) : "") +
-         format("  picture %.0f ms", 1e3 * picture.picture_s) +
-         (notes.empty() ? "" : "  " + one_line(notes.front()));
+         (v.plans.are_refined ? "  refined  " : "  ") + shown.times() +
+         (shown.notes.empty() ? "" : "  " + one_line(shown.notes.front()));
 }
 
 /// The keys of a scene that put its objects where they were turned to.
@@ -230,44 +313,64 @@ private:
   std::thread thread_;
 };
 
-void show_live(const ViewArguments& options, LiveScene& scene) {
-  auto picture = scene.look(scene.start());
-  const auto window = viewer_window(picture.size_px);
-  Hand hand(scene.start(), scene.depth_m(), scene.window_m().y);
-  auto seen = hand.viewing;  // of the last picture
-  const auto file = std::filesystem::path(options.scene.file).filename().string();
-  auto notes = scene.notes();
-  window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture, notes));
-  for (const auto& note : notes) options.report.note(note);
-  if (options.report.prints_text()) std::fputs(keys, stdout);
+void show_live(const ViewArguments& options, LiveScene& scene, const Scene& file) {
+  Hand hand(scene, file);
+  Shown shown{scene.look(scene.start()), scene.start(), scene.notes()};
+  bool has_changed = false;
+  const auto window = viewer_window(shown.picture.size_px, [&](Fields& fields) {
+    has_changed |= hand.fill(fields);
+    fields.text(shown.times());
+    if (shown.after_s < 2) fields.text(format("%.1f pictures/s", 1 / shown.after_s));
+    if (!shown.error.empty()) fields.text(shown.error);
+    for (const auto& note : shown.notes) fields.text(note);
+  });
+  const auto name = std::filesystem::path(options.scene.file).filename().string();
+  const auto draw = [&] {
+    window->draw(shown.picture.size_px, shown.picture.rgb, title_of(name, hand, shown));
+  };
+  bool has_panel = hand.shows_panel = window->show_panel(true);
+  draw();
+  for (const auto& note : shown.notes) options.report.note(note);
+  if (options.report.prints_text()) {
+    std::fputs(keys, stdout);
+    if (has_panel) std::fputs("M: without the panel, and with it\n", stdout);
+  }
   std::fflush(stdout);
   Worker worker(scene);
   int saved = 0;
   while (!hand.ends) {
-    bool has_changed = false;
     for (const auto& action : window->wait(0.005)) has_changed |= hand.apply(action);
-    if (has_changed) worker.want(hand.viewing);
+    if (std::exchange(has_changed, false)) {
+      shown.error.clear();
+      worker.want(hand.viewing);
+    }
+    if (hand.shows_panel != has_panel) {
+      has_panel = hand.shows_panel = window->show_panel(hand.shows_panel);
+      draw();
+    }
     if (auto made = worker.take()) {
       if (made->error.empty()) {
-        picture = std::move(made->picture);
-        seen = std::move(made->viewing);
+        if (made->picture.hologram_s == 0) made->picture.hologram_s = shown.picture.hologram_s;
+        shown.picture = std::move(made->picture);
+        shown.viewing = std::move(made->viewing);
+        const double time_s = now_s();
+        shown.after_s = time_s - std::exchange(shown.made_s, time_s);
       } else {
-        hand.viewing = seen;
-        worker.want(seen);
+        shown.error = one_line(made->error);
+        hand.viewing = shown.viewing;
+        worker.want(shown.viewing);
       }
-      window->draw(
-          picture.size_px, picture.rgb,
-          made->error.empty() ? title_of(file, hand, picture, notes) : one_line(made->error));
-    } else if (auto newer = worker.take_notes(); newer && *newer != notes) {
-      notes = std::move(*newer);
-      window->draw(picture.size_px, picture.rgb, title_of(file, hand, picture, notes));
+      draw();
+    } else if (auto newer = worker.take_notes(); newer && *newer != shown.notes) {
+      shown.notes = std::move(*newer);
+      draw();
     }
     if (!std::exchange(hand.saves, false)) continue;
-    const auto name =
+    const auto to =
         std::filesystem::path(options.out) / ("view_" + std::to_string(saved++) + ".png");
-    save(name, picture);
+    save(to, shown.picture);
     if (!options.report.prints_text()) continue;
-    std::printf("%s\n", name.string().c_str());
+    std::printf("%s\n", to.string().c_str());
     print_poses(hand.viewing);
   }
 }
@@ -306,7 +409,8 @@ std::string demo_scene() {
   throw InputError("view: give a scene; the demo scene data/teapot.toml is not here");
 }
 
-void with_scene(const ViewArguments& options, const std::function<void(LiveScene&)>& use) {
+void with_scene(const ViewArguments& options,
+                const std::function<void(LiveScene&, const Scene&)>& use) {
   auto scenes = options.scene.load_all(options.report);
   const cl::Device device(options.device.info());
   auto world = build_world(scenes[0]);
@@ -325,21 +429,30 @@ void with_scene(const ViewArguments& options, const std::function<void(LiveScene
     return chosen;
   };
   LiveScene scene(device, options.device.backend(device.info()), std::move(world),
-                  {scenes_for, [](const Scene& of, const World& where, const Plan& plan) {
+                  {scenes_for,
+                   [](const Scene& of, const World& where, const Plan& plan) {
                      return render_warnings({}, of, where, plan);
+                   },
+                   [info = device.info(), rates = figures_of(device.info()).rates](
+                       const Scene& of, const World& where, const Plan& before) {
+                     const auto plan = make_plan(of, where, Method::wrp, 100, info.fp64, &before);
+                     return plan.carrier.index() == before.carrier.index()
+                                ? 0
+                                : predicted_s(of, where, plan, rates);
                    }});
-  use(scene);
+  use(scene, scenes[0]);
 }
 
 void run_view(ViewArguments options) {
   if (options.scene.file.empty()) options.scene.file = demo_scene();
   if (!options.record.empty() && options.out.empty())
     throw InputError("--record needs -o, the folder of its pictures");
-  const cl::CompileAhead ahead(
-      [&] { with_scene(options, [](LiveScene& scene) { scene.look(scene.start()); }); });
-  with_scene(options, [&](LiveScene& scene) {
+  const cl::CompileAhead ahead([&] {
+    with_scene(options, [](LiveScene& scene, const Scene&) { scene.look(scene.start()); });
+  });
+  with_scene(options, [&](LiveScene& scene, const Scene& file) {
     if (options.record.empty())
-      show_live(options, scene);
+      show_live(options, scene, file);
     else
       record(options, scene);
   });

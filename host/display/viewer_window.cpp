@@ -11,11 +11,13 @@
 #include <cctype>
 #include <chrono>
 #include <functional>
+#include <glm/common.hpp>
 #include <optional>
 #include <thread>
 #include <type_traits>
 #include <utility>
 
+#include "host/display/display.hpp"
 #include "host/display/loaded.hpp"
 #endif
 
@@ -31,7 +33,7 @@ namespace {
               use(SDL_GetModState) use(SDL_GetKeyName) use(SDL_CreateRenderer)                     \
                   use(SDL_DestroyRenderer) use(SDL_CreateTexture) use(SDL_DestroyTexture)          \
                       use(SDL_UpdateTexture) use(SDL_RenderClear) use(SDL_RenderCopy)              \
-                          use(SDL_RenderPresent) use(SDL_RenderSetLogicalSize)
+                          use(SDL_RenderPresent)
 
 struct Sdl {
 #define RAYWAVE_MEMBER(name) std::function<std::remove_pointer_t<decltype(&::name)>> name;
@@ -41,7 +43,8 @@ struct Sdl {
 
 class SdlViewerWindow : public ViewerWindow {
 public:
-  SdlViewerWindow(Sdl sdl, glm::ivec2 size_px) : sdl_(std::move(sdl)) {
+  SdlViewerWindow(Sdl sdl, glm::ivec2 size_px, FillPanel fill)
+      : sdl_(std::move(sdl)), fill_(std::move(fill)) {
     sdl_.SDL_SetMainReady();
     sdl_.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
     sdl_.SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "1");
@@ -51,13 +54,16 @@ public:
       throw DeviceError("no window can be opened: " +
                         std::string(has_begun ? "there is no desktop" : sdl_.SDL_GetError()) +
                         "; --record writes pictures without one");
-    window_ =
-        sdl_.SDL_CreateWindow("raywave view", SDL_WINDOWPOS_UNDEFINED, SDL_WINDOWPOS_UNDEFINED,
-                              size_px.x, size_px.y, SDL_WINDOW_RESIZABLE);
+    constexpr int panel_px = SidePanel::width_px;
+    window_ = sdl_.SDL_CreateWindow("raywave view", SDL_WINDOWPOS_UNDEFINED,
+                                    SDL_WINDOWPOS_UNDEFINED, panel_px + size_px.x,
+                                    std::max(size_px.y, 2 * panel_px), SDL_WINDOW_RESIZABLE);
     if (window_) renderer_ = sdl_.SDL_CreateRenderer(window_, -1, 0);
     if (!renderer_) fail();
+    show_panel(true);
   }
   ~SdlViewerWindow() override {
+    panel_.reset();
     if (texture_) sdl_.SDL_DestroyTexture(texture_);
     if (renderer_) sdl_.SDL_DestroyRenderer(renderer_);
     if (window_) sdl_.SDL_DestroyWindow(window_);
@@ -66,6 +72,7 @@ public:
 
   std::vector<UserAction> wait(double seconds) override {
     std::vector<UserAction> actions;
+    if (panel_ && redraws_ > 0 && now_s() - shown_s_ > 1.0 / 60) show();
     SDL_Event event;
     // SDL_WaitEventTimeout sends events to the window, which X may get after the window has gone
     if (sdl_.SDL_PollEvent(&event) == 0) {
@@ -73,6 +80,10 @@ public:
       return actions;
     }
     do {
+      const bool is_panels = panel_ && panel_->takes(event);
+      // Fields look as they are in the second frame; keys change them, too
+      if (is_panels || event.type == SDL_KEYDOWN) redraws_ = 2;
+      if (is_panels) continue;
       if (const auto action = action_of(event)) actions.push_back(*action);
     } while (sdl_.SDL_PollEvent(&event) != 0);
     return actions;
@@ -90,16 +101,35 @@ public:
     if (sdl_.SDL_UpdateTexture(texture_, nullptr, rgb.data(), 3 * size_px.x) != 0) fail();
     sdl_.SDL_SetWindowTitle(window_, title.c_str());
     show();
+    redraws_ = 1;
+  }
+
+  bool show_panel(bool is_wanted) override {
+    if (is_wanted != (panel_ != nullptr))
+      panel_ = is_wanted ? side_panel(renderer_, fill_) : nullptr;
+    return panel_ != nullptr;
   }
 
 private:
   [[noreturn]] void fail() { throw DeviceError(std::string("the window: ") + sdl_.SDL_GetError()); }
 
+  /// The picture as large as it fits beside the panel.
   void show() {
+    --redraws_;
+    shown_s_ = now_s();
     if (!texture_) return;
-    sdl_.SDL_RenderSetLogicalSize(renderer_, size_px_.x, size_px_.y);
+    glm::ivec2 space(1);
+    sdl_.SDL_GetWindowSize(window_, &space.x, &space.y);
+    const glm::ivec2 corner(panel_ ? SidePanel::width_px : 0, 0);
+    space = glm::max(space - corner, 1);
+    const auto scales = glm::dvec2(space) / glm::dvec2(size_px_);
+    const auto size =
+        glm::max(glm::ivec2(glm::round(std::min(scales.x, scales.y) * glm::dvec2(size_px_))), 1);
+    const auto first = corner + (space - size) / 2;
+    place_ = {first.x, first.y, size.x, size.y};
     sdl_.SDL_RenderClear(renderer_);
-    if (sdl_.SDL_RenderCopy(renderer_, texture_, nullptr, nullptr) != 0) fail();
+    if (sdl_.SDL_RenderCopy(renderer_, texture_, nullptr, &place_) != 0) fail();
+    if (panel_) panel_->draw();
     sdl_.SDL_RenderPresent(renderer_);
   }
 
@@ -116,10 +146,8 @@ private:
       action.by = {event.wheel.x, event.wheel.y};
     } else if (event.type == SDL_MOUSEMOTION &&
                (event.motion.state & (SDL_BUTTON_LMASK | SDL_BUTTON_RMASK)) != 0) {
-      glm::ivec2 window(1);
-      sdl_.SDL_GetWindowSize(window_, &window.x, &window.y);
       action.kind = UserAction::Kind::drag;
-      action.by = glm::dvec2(event.motion.xrel, -event.motion.yrel) / static_cast<double>(window.y);
+      action.by = glm::dvec2(event.motion.xrel, -event.motion.yrel) / static_cast<double>(place_.h);
       action.is_second |= (event.motion.state & SDL_BUTTON_RMASK) != 0;
     } else {
       if (event.type == SDL_WINDOWEVENT) show();
@@ -133,22 +161,27 @@ private:
   SDL_Renderer* renderer_ = nullptr;
   SDL_Texture* texture_ = nullptr;
   glm::ivec2 size_px_{0, 0};
+  SDL_Rect place_{0, 0, 1, 1};  // of the picture in the window
+  FillPanel fill_;
+  std::unique_ptr<SidePanel> panel_;
+  int redraws_ = 0;
+  double shown_s_ = 0;
 };
 
 }  // namespace
 
-std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2 size_px) {
+std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2 size_px, FillPanel fill) {
   const LoadedLibrary library("libSDL2-2.0.so.0", "libsdl2-2.0-0");
   Sdl sdl;
 #define RAYWAVE_FIND(name) library.find(#name, sdl.name);
   RAYWAVE_SDL_FUNCTIONS(RAYWAVE_FIND)
 #undef RAYWAVE_FIND
-  return std::make_unique<SdlViewerWindow>(std::move(sdl), size_px);
+  return std::make_unique<SdlViewerWindow>(std::move(sdl), size_px, std::move(fill));
 }
 
 #else
 
-std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2) {
+std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2, FillPanel) {
   throw InputError(
       "raywave was built without SDL2; install libsdl2-dev and build it again, or give --record");
 }

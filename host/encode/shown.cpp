@@ -118,6 +118,7 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
   const double modulated = std::sqrt(1 - slm.undiffracted), plain = std::sqrt(slm.undiffracted);
   const auto& beam = panel.beam();
   const bool has_crosstalk = !panel.crosstalk().weights.empty();
+  const bool is_ideal = !has_crosstalk && !slm.fill && plain == 0 && beam.empty() && !is_turned;
 
   FieldStack field{size.x, size.y, static_cast<int>(levels.size()), {}, panel.source()};
   field.samples.resize(pixels * levels.size());
@@ -138,7 +139,9 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
       show_pixels(plane, size, *slm.fill, panel.carrier());
     }
     threads.for_ranges(pixels, [&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last; ++i) {
+      for (std::size_t i = first; i < last && is_ideal; ++i)
+        plane[i] = std::complex<float>(light[levels[frame][i]]);
+      for (std::size_t i = first; i < last && !is_ideal; ++i) {
         auto value =
             has_crosstalk || slm.fill ? std::complex<double>(plane[i]) : light[levels[frame][i]];
         if (plain > 0) value = modulated * value + plain;

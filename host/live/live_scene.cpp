@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "host/common/error.hpp"
+#include "host/common/text.hpp"
 #include "host/common/threads.hpp"
 #include "host/encode/shown.hpp"
 #include "host/trace/device_scene.hpp"
@@ -186,16 +187,31 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
     }
     std::vector<Scene> scenes;
     for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_->scene(i));
+    move_objects(scenes[0], world_);
+    require_time(scenes);
     shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
-    move_objects(renderer_->scene(), world_);
     notes_.reset();
   } catch (const InputError&) {
     for (std::size_t i = 0; i < poses.size(); ++i)
       if (!(before[i] == poses_[i]))
         renderer_->set_solid_pose(i, before[i].position_m, before[i].rotation_deg);
     poses_ = before;
+    move_objects(renderer_->scene(), world_);
     throw;
   }
+}
+
+/// Refuses what nobody waits for.
+void LiveScene::require_time(const std::vector<Scene>& scenes) const {
+  constexpr double most_s = 10;
+  double seconds = 0;
+  for (std::size_t i = 0; i < scenes.size(); ++i)
+    seconds += planning_.added_s(scenes[i], world_, shown_.lasers[i].plan);
+  if (seconds > most_s)
+    throw InputError(
+        format("so near the hologram, a picture takes about %.0f s; raywave render "
+               "makes it",
+               seconds));
 }
 
 Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {

@@ -49,6 +49,8 @@ struct LivePlanning {
   /// Scenes of load_scenes, which share the world, with what these plans choose.
   std::function<std::vector<Scene>(const Viewing::Plans&, const World&)> scenes_for;
   PlanNotes notes_of;  // what is to be said of a plan
+  // What a hologram of the moved world takes, where its light travels otherwise than in a plan
+  std::function<double(const Scene&, const World&, const Plan&)> added_s;
 };
 
 /// Pictures of one size side by side: levels; as an eye sees them, what they show, and a lens.
@@ -86,6 +88,7 @@ public:
 private:
   void plan_anew(const Viewing::Plans& plans);
   void move(const std::vector<Viewing::Pose>& poses);
+  void require_time(const std::vector<Scene>& scenes) const;
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
   void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,

@@ -36,7 +36,11 @@ LiveScene live(const cl::Device& device, const std::vector<Scene>& scenes) {
           cl::default_backend(device.info()),
           build_world(scenes[0]),
           {scenes_for,
-           [](const Scene&, const World&, const Plan&) { return std::vector<std::string>(); }},
+           [](const Scene&, const World&, const Plan&) { return std::vector<std::string>(); },
+           // Slow where it lies before the hologram
+           [](const Scene& scene, const World&, const Plan&) {
+             return scene.objects[0].position_m.z < 0 ? 11 : 0;
+           }},
           48};
 }
 
@@ -135,6 +139,8 @@ DEVICE_TEST("a scene that was turned and turned back looks as at first, and in b
   auto wrong = viewing;
   wrong.poses[0].position_m.z = 1e9;
   CHECK_THROWS_AS(scene.look(wrong), InputError);
+  wrong.poses[0].position_m.z *= -1e-10;
+  CHECK_THROWS_WITH(scene.look(wrong), Catch::Matchers::ContainsSubstring("about 11 s"));
   CHECK(scene.look(viewing).rgb == turned.rgb);
   const auto back = scene.start().poses == viewing.poses;
   CHECK(back);  // it starts from where it is
