@@ -551,17 +551,13 @@ std::vector<double> Renderer::wavelengths_m() const {
   return all;
 }
 
-void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg) {
+void Renderer::set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg,
+                        bool is_solid) {
   const Turn turn(state_->mutex, state_->is_busy);
   require_pose(object, objects(), position_m, rotation_deg);
-  state_->renderer->set_pose(object, vector_of(position_m), vector_of(rotation_deg));
-}
-
-void Renderer::set_solid_pose(std::size_t object, const Vec3& position_m,
-                              const Vec3& rotation_deg) {
-  const Turn turn(state_->mutex, state_->is_busy);
-  require_pose(object, objects(), position_m, rotation_deg);
-  state_->renderer->set_solid_pose(object, vector_of(position_m), vector_of(rotation_deg));
+  const auto place_m = vector_of(position_m), turned_deg = vector_of(rotation_deg);
+  is_solid ? state_->renderer->set_solid_pose(object, place_m, turned_deg)
+           : state_->renderer->set_pose(object, place_m, turned_deg);
 }
 
 void Renderer::set_mesh(std::size_t object, const MeshView& mesh) {

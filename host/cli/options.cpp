@@ -58,15 +58,12 @@ double length_within_m(const std::string& text, const std::string& what, double 
 }  // namespace
 
 void ReportOptions::add_to(CLI::App& command, const std::string& content) {
-  command
-      .add_option("--json", json,
-                  "Print " + content +
-                      " as JSON and nothing else; with FILE (a name that ends in .json, or "
-                      "--json=FILE), write it there beside the usual text")
-      ->type_name("[FILE]")
-      ->group(group::output);
-  command.add_flag("--quiet", quiet, "Print nothing but errors, and JSON where --json asks for it")
-      ->group(group::output);
+  option(command, "--json", json, "[FILE]", group::output,
+         "Print " + content +
+             " as JSON and nothing else; with FILE (a name that ends in .json, or "
+             "--json=FILE), write it there beside the usual text");
+  flag(command, "--quiet", quiet, group::output,
+       "Print nothing but errors, and JSON where --json asks for it");
 }
 
 void ReportOptions::note(const std::string& text) const {
@@ -100,18 +97,15 @@ std::vector<Scene> load_all(const std::string& file, const std::vector<std::stri
 }
 
 void add_strict(CLI::App& command, bool& strict) {
-  command
-      .add_flag("--strict", strict,
-                "End with an error where a note would be made of what the "
-                "scene or a mesh says and is not shown")
-      ->group(group::scene);
+  flag(command, "--strict", strict, group::scene,
+       "End with an error where a note would be made of what the "
+       "scene or a mesh says and is not shown");
 }
 
 void add_set(CLI::App& command, std::vector<std::string>& set) {
-  command.add_option("--set", set, "Change a value of the scene; may be given many times")
-      ->type_name("SECTION.KEY=VALUE")
-      ->allow_extra_args(false)
-      ->group(group::scene);
+  option(command, "--set", set, "SECTION.KEY=VALUE", group::scene,
+         "Change a value of the scene; may be given many times")
+      ->allow_extra_args(false);
 }
 
 CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
@@ -121,29 +115,22 @@ CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
 }
 
 void DeviceOptions::add_device_to(CLI::App& command, bool takes_several) {
-  command
-      .add_option("--device", device,
-                  std::string("Index (0:1), gpu, cpu, or part of a name (pocl)") +
-                      (takes_several ? "; 0:0,0:1, or all that are like the default" : "") +
-                      "; RAYWAVE_DEVICE when not given")
-      ->type_name("DEVICE")
-      ->group(group::device);
+  option(command, "--device", device, "DEVICE", group::device,
+         std::string("Index (0:1), gpu, cpu, or part of a name (pocl)") +
+             (takes_several ? "; 0:0,0:1, or all that are like the default" : "") +
+             "; RAYWAVE_DEVICE when not given");
 }
 
 void DeviceOptions::add_to(CLI::App& command, bool takes_several) {
   add_device_to(command, takes_several);
-  command.add_option("--fft", fft, "FFT back end; the device's own choice when not given")
-      ->type_name(choices(names_of(cl::FftBackend{})))
-      ->group(group::device);
+  option(command, "--fft", fft, choices(names_of(cl::FftBackend{})), group::device,
+         "FFT back end; the device's own choice when not given");
 }
 
 void DeviceOptions::add_waves_to(CLI::App& command) {
-  command
-      .add_option("--waves-on", waves_on,
-                  "A second device, an FPGA: gathers virtual planes and encodes; --device keeps "
-                  "rays and samples")
-      ->type_name("DEVICE")
-      ->group(group::device);
+  option(command, "--waves-on", waves_on, "DEVICE", group::device,
+         "A second device, an FPGA: gathers virtual planes and encodes; --device keeps "
+         "rays and samples");
 }
 
 std::optional<cl::DeviceInfo> DeviceOptions::waves(cl::DeviceInfo& rays) const {
@@ -208,32 +195,22 @@ cl::FftBackend DeviceOptions::backend(const cl::DeviceInfo& info) const {
 }
 
 void GoalOptions::add_preset_to(CLI::App& command) {
-  command
-      .add_option("--preset", preset,
-                  "From the fastest to the most accurate; reference, like --psnr and --budget, "
-                  "refines towards a lens where that shows more, which takes longer")
-      ->type_name(choices(names_of(Preset{})))
-      ->group(group::plan);
+  option(command, "--preset", preset, choices(names_of(Preset{})), group::plan,
+         "From the fastest to the most accurate; reference, like --psnr and --budget, "
+         "refines towards a lens where that shows more, which takes longer");
 }
 
 void GoalOptions::add_to(CLI::App& command) {
   add_preset_to(command);
-  command.add_option("--budget", budget, "The most accurate plan that takes this long: 30ms, 2s")
-      ->type_name("TIME")
-      ->group(group::plan);
-  command
-      .add_option("--psnr", psnr_db,
-                  "The fastest plan whose pictures reach this PSNR, at the viewer's resolution")
-      ->type_name("DB")
-      ->check(CLI::Range(0.0, 200.0))
-      ->group(group::plan);
-  command
-      .add_option("--rate", rate_per_s,
-                  "The most accurate plan of which this device makes, and slm.rate shows, so many "
-                  "pictures a second")
-      ->type_name("PER_SECOND")
-      ->check(CLI::Range(0.001, 1e6))
-      ->group(group::plan);
+  option(command, "--budget", budget, "TIME", group::plan,
+         "The most accurate plan that takes this long: 30ms, 2s");
+  option(command, "--psnr", psnr_db, "DB", group::plan,
+         "The fastest plan whose pictures reach this PSNR, at the viewer's resolution")
+      ->check(CLI::Range(0.0, 200.0));
+  option(command, "--rate", rate_per_s, "PER_SECOND", group::plan,
+         "The most accurate plan of which this device makes, and slm.rate shows, so many "
+         "pictures a second")
+      ->check(CLI::Range(0.001, 1e6));
 }
 
 Goal GoalOptions::goal() const {
@@ -254,18 +231,14 @@ Goal GoalOptions::goal() const {
 }
 
 void MethodOptions::add_to(CLI::App& command) {
-  command
-      .add_option("--method", name,
-                  "wrp: rays to WRPs, propagated to the hologram; points: every surface sample to "
-                  "every pixel (reference, slow); rays: rays from every pixel")
-      ->type_name(choices(names_of(Method{})))
-      ->capture_default_str()
-      ->group(group::method);
-  command.add_option("--rays", rays_per_axis, "Rays per axis and pixel of --method rays")
-      ->type_name("N")
+  option(command, "--method", name, choices(names_of(Method{})), group::method,
+         "wrp: rays to WRPs, propagated to the hologram; points: every surface sample to "
+         "every pixel (reference, slow); rays: rays from every pixel")
+      ->capture_default_str();
+  option(command, "--rays", rays_per_axis, "N", group::method,
+         "Rays per axis and pixel of --method rays")
       ->check(CLI::Range(1, 1000))
-      ->capture_default_str()
-      ->group(group::method);
+      ->capture_default_str();
 }
 
 Method MethodOptions::method() const { return choice_of<Method>(name, "--method"); }
@@ -275,20 +248,13 @@ void DepthOptions::add_to(CLI::App& command, const std::string& default_depths,
   const auto otherwise = [](const std::string& text) {
     return text.empty() ? "" : "; " + text + " when not given";
   };
-  command
-      .add_option(
-          "-z", z,
-          "Depth, e.g. 95mm or -40mm, or 1.5D through an eyepiece; may be given many times" +
-              otherwise(default_depths))
-      ->type_name("LENGTH")
+  option(command, "-z", z, "LENGTH", group::pictures,
+         "Depth, e.g. 95mm or -40mm, or 1.5D through an eyepiece; may be given many times" +
+             otherwise(default_depths))
       ->required(default_depths.empty())
-      ->allow_extra_args(false)
-      ->group(group::pictures);
-  command
-      .add_option("--window", window,
-                  "Size of the pictures, e.g. 14.36mmx8.08mm" + otherwise(default_window))
-      ->type_name("WIDTHxHEIGHT")
-      ->group(group::pictures);
+      ->allow_extra_args(false);
+  option(command, "--window", window, "WIDTHxHEIGHT", group::pictures,
+         "Size of the pictures, e.g. 14.36mmx8.08mm" + otherwise(default_window));
 }
 
 std::vector<double> DepthOptions::depths_m(const std::function<ViewerSpec()>& viewer) const {
@@ -329,27 +295,21 @@ std::optional<glm::dvec2> DepthOptions::window_m() const {
 }
 
 void FrameOption::add_to(CLI::App& command, const std::string& what) {
-  command
-      .add_option("--frame", name,
-                  what +
-                      ": the viewer's eye, a bare sensor before the SLM, or along the light, as "
-                      "arrays are")
-      ->type_name(choices(names_of(Frame{})))
-      ->capture_default_str()
-      ->group(group::pictures);
+  option(command, "--frame", name, choices(names_of(Frame{})), group::pictures,
+         what +
+             ": the viewer's eye, a bare sensor before the SLM, or along the light, as "
+             "arrays are")
+      ->capture_default_str();
 }
 
 Frame FrameOption::frame() const { return choice_of<Frame>(name, "--frame"); }
 
 void PupilOption::add_to(CLI::App& command) {
-  command
-      .add_option("--pupil", given,
-                  "Look through a pupil: that of the scene's [viewer], one of 3mm on the axis, or "
-                  "at a place, 3mm@1mm,0 or scene@1mm,0; none: through all of the hologram. May be "
-                  "given many times; scene behind an eyepiece, else none, when not given")
-      ->type_name("scene|none|SIZE[@X,Y]")
-      ->allow_extra_args(false)
-      ->group(group::pictures);
+  option(command, "--pupil", given, "scene|none|SIZE[@X,Y]", group::pictures,
+         "Look through a pupil: that of the scene's [viewer], one of 3mm on the axis, or "
+         "at a place, 3mm@1mm,0 or scene@1mm,0; none: through all of the hologram. May be "
+         "given many times; scene behind an eyepiece, else none, when not given")
+      ->allow_extra_args(false);
 }
 
 std::vector<std::optional<Pupil>> PupilOption::pupils(const ViewerSpec& viewer, Frame frame,
@@ -377,35 +337,20 @@ std::string name_of_pupil(std::size_t number, std::size_t count) {
 
 void ViewOptions::add_to(CLI::App& command) {
   frame.add_to(command, "From where --view and the pictures are seen");
-  command
-      .add_option("--view", view_centre,
-                  "Look through a part of the hologram centred there, e.g. 0.5,0; from -1,-1 "
-                  "(bottom left) to 1,1 (top right)")
-      ->type_name("X,Y")
-      ->group(group::pictures);
-  command
-      .add_option("--aperture", aperture_size,
-                  "Size of that part in holograms; hologram: 1, part: 0.5; part with --view, else "
-                  "hologram")
-      ->type_name("hologram|part|SIZE")
-      ->group(group::pictures);
-  command
-      .add_option("--percentile", percentile, "Percentile of the pixels that the PNG shows white")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(group::pictures);
-  command
-      .add_option(
-          "--white", white,
-          "What the PNG shows white, in the unit that is printed with each picture: one for "
-          "several depths or pupils; by --percentile when not given")
-      ->type_name("VALUE")
-      ->group(group::pictures);
-  command
-      .add_option("--display-server", display_server,
-                  "Show the pictures in tev, which is open there: localhost:14158")
-      ->type_name("HOST:PORT")
-      ->group(group::pictures);
+  option(command, "--view", view_centre, "X,Y", group::pictures,
+         "Look through a part of the hologram centred there, e.g. 0.5,0; from -1,-1 "
+         "(bottom left) to 1,1 (top right)");
+  option(command, "--aperture", aperture_size, "hologram|part|SIZE", group::pictures,
+         "Size of that part in holograms; hologram: 1, part: 0.5; part with --view, else "
+         "hologram");
+  option(command, "--percentile", percentile, "N", group::pictures,
+         "Percentile of the pixels that the PNG shows white")
+      ->capture_default_str();
+  option(command, "--white", white, "VALUE", group::pictures,
+         "What the PNG shows white, in the unit that is printed with each picture: one for "
+         "several depths or pupils; by --percentile when not given");
+  option(command, "--display-server", display_server, "HOST:PORT", group::pictures,
+         "Show the pictures in tev, which is open there: localhost:14158");
   add_output(command, folder, "the pictures (.png, .exr)")->required(folder.empty());
 }
 
@@ -514,13 +459,10 @@ std::string name_at_depth(const std::string& stem, const std::string& z, double 
 }
 
 void add_blur(CLI::App& command, std::string& text, const std::string& default_blur) {
-  command
-      .add_option("--blur", text,
-                  "Blur both pictures first: standard deviation as a length (60um) or in pixels "
-                  "(4px); " +
-                      default_blur + " when not given")
-      ->type_name("LENGTH")
-      ->group(group::pictures);
+  option(command, "--blur", text, "LENGTH", group::pictures,
+         "Blur both pictures first: standard deviation as a length (60um) or in pixels "
+         "(4px); " +
+             default_blur + " when not given");
 }
 
 Blur parse_blur(const std::string& text) {
@@ -545,32 +487,25 @@ CLI::Option* add_output(CLI::App& command, std::string& folder, const std::strin
 }
 
 void add_lens_points(CLI::App& command, int& points) {
-  command
-      .add_option("--lens-points", points,
-                  "Points per axis of the ideal lens; its square is the number of rays per pixel")
-      ->type_name("N")
+  option(command, "--lens-points", points, "N", group::pictures,
+         "Points per axis of the ideal lens; its square is the number of rays per pixel")
       ->check(CLI::Range(1, 4096))
-      ->capture_default_str()
-      ->group(group::pictures);
+      ->capture_default_str();
 }
 
 void add_border(CLI::App& command, int& border_px) {
-  command
-      .add_option("--border", border_px,
-                  "Pixels left out on every side of a picture after the blur")
-      ->type_name("N")
-      ->capture_default_str()
-      ->group(group::pictures);
+  option(command, "--border", border_px, "N", group::pictures,
+         "Pixels left out on every side of a picture after the blur")
+      ->capture_default_str();
 }
 
 void add_views(CLI::App& command, bool& views, const std::string& help) {
-  command.add_flag("--views,!--no-views", views, help)->group(group::pictures);
+  flag(command, "--views,!--no-views", views, group::pictures, help);
 }
 
 void add_only(CLI::App& command, std::string& text, const std::string& example) {
-  command.add_option("--only", text, "Only rows whose name holds this text, e.g. " + example)
-      ->type_name("TEXT")
-      ->group(group::measurement);
+  option(command, "--only", text, "TEXT", group::measurement,
+         "Only rows whose name holds this text, e.g. " + example);
 }
 
 double positive_length_m(const std::string& text, const std::string& what) {

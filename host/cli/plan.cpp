@@ -51,8 +51,8 @@ void add_plan(CLI::App& app) {
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->device.add_device_to(*command);
-  command->add_flag("--tiles", options->tiles, "As render --tiles computes it: one tile in memory")
-      ->group(group::plan);
+  flag(*command, "--tiles", options->tiles, group::plan,
+       "As render --tiles computes it: one tile in memory");
   options->report.add_to(*command, "the plan");
   command->callback([options] { run_plan(*options); });
 }

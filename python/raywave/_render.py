@@ -515,8 +515,9 @@ class Renderer:
         that it was placed with. Raises InputError for a pose that cannot be; the object then stays.
         """
         index = _whole(object, "object", 0, self._core.objects - 1)
-        set_pose = self._core.set_solid_pose if solid else self._core.set_pose
-        set_pose(index, _vector(position, "position"), _vector(rotation, "rotation"))
+        self._core.set_pose(
+            index, _vector(position, "position"), _vector(rotation, "rotation"), solid
+        )
 
     def set_mesh(self, object: int, mesh: Any) -> None:
         """Gives an object another mesh: arrays, points or a trimesh, as SceneObject.mesh takes

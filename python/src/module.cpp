@@ -382,18 +382,12 @@ NB_MODULE(_core, m) {
       .def_prop_ro("notes", [](const Renderer& r) { return r.renderer.notes(); })
       .def(
           "set_pose",
-          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {
+          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation,
+             bool solid) {
             const nb::gil_scoped_release release;
-            r.renderer.set_pose(object, position, rotation);
+            r.renderer.set_pose(object, position, rotation, solid);
           },
-          "object"_a, "position"_a, "rotation"_a)
-      .def(
-          "set_solid_pose",
-          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation) {
-            const nb::gil_scoped_release release;
-            r.renderer.set_solid_pose(object, position, rotation);
-          },
-          "object"_a, "position"_a, "rotation"_a)
+          "object"_a, "position"_a, "rotation"_a, "solid"_a)
       .def(
           "set_mesh",
           [](Renderer& r, std::size_t object, const MeshArrays& mesh) {

@@ -389,8 +389,7 @@ TEST_CASE("a scene of three lasers renders the bits of the command line, laser b
 TEST_CASE("a solid keeps its size as it turns, where a pose of its width does not") {
   const auto light = [](bool is_solid) {
     Renderer renderer(glowing_card({"colour.only=520 nm"}), {.keep_field = true});
-    const Vec3 place{0, 0, 0.01}, turned{0, 60, 0};
-    is_solid ? renderer.set_solid_pose(0, place, turned) : renderer.set_pose(0, place, turned);
+    renderer.set_pose(0, {0, 0, 0.01}, {0, 60, 0}, is_solid);
     double sum = 0;
     for (const auto& sample : samples_of(renderer.render().field())) sum += std::norm(sample);
     return sum;

@@ -177,18 +177,15 @@ public:
   std::vector<std::string> notes() const;  // Hologram::notes of the last picture
 
   /// Sets the place of an object's anchor (the centre of its bounding box unless the scene says
-  /// otherwise) and its rotation about x, then y, then z.
+  /// otherwise) and its rotation about x, then y, then z. A solid keeps its size, whatever its
+  /// `width` would make of the turned mesh, as objects of `[animation]` do; it turns about the
+  /// middle of the box that it was placed with.
   ///
   /// throws  InputError when there is no such object, a number is not finite, or the object would
   ///         lie nearer than its cut, or move though a part of it is cut away: the object
   ///         stays
-  void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
-
-  /// The same of an object that keeps its size, whatever its `width` would make of the turned mesh,
-  /// as those of `[animation]` do; it turns about the middle of the box that it was placed with.
-  ///
-  /// throws  as set_pose
-  void set_solid_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg);
+  void set_pose(std::size_t object, const Vec3& position_m, const Vec3& rotation_deg,
+                bool is_solid = false);
 
   /// Gives an object another mesh, as Scene::set_mesh does; poses, lights and what was planned
   /// stay. Trees are built anew: the teapot's next picture takes three to four times as long.
