@@ -82,10 +82,9 @@ std::string give_pocl_a_cache(const ::cl::Platform& platform) {
 }
 
 /// PoCL would compile a kernel for each size of its groups, which gains nothing (median frames of
-/// three scenes within 2 %), and once more for a binary. 6.0 cannot do without (docs/devices.md).
+/// three scenes within 2 %), and once more for a binary.
 void have_pocl_compile_once(const ::cl::Platform& platform) {
-  const auto version = platform.getInfo<CL_PLATFORM_VERSION>();
-  if (version.find(" PoCL ") != std::string::npos && version.find(" PoCL 6.") == std::string::npos)
+  if (platform.getInfo<CL_PLATFORM_VERSION>().find(" PoCL 3.") != std::string::npos)
     setenv("POCL_WORK_GROUP_SPECIALIZATION", "0", /*overwrite=*/0);
 }
 
@@ -325,6 +324,10 @@ void driver_is_done() {
 
 bool is_pocl(const DeviceInfo& device) {
   return device.platform.find("Portable Computing Language") != std::string::npos;
+}
+
+bool compiles_once(const DeviceInfo& device) {
+  return is_pocl(device) && device.driver.starts_with("3.");
 }
 
 bool needs_single_items(const DeviceInfo& device) {

@@ -160,6 +160,9 @@ void driver_is_done();
 
 bool is_pocl(const DeviceInfo& device);
 
+/// Whether it compiles kernels once, for groups of any size. Later versions were not tried.
+bool compiles_once(const DeviceInfo& device);
+
 /// Whether kernels must be launched in work-groups of one item, and programs be kept as objects:
 /// the binary of a built program holds its kernels for groups of any size, which have the loop.
 bool needs_single_items(const DeviceInfo& device);

@@ -151,16 +151,17 @@ Program::Program(const Device& device, const std::string& file, const Options& o
                       hash_name(source + '\n' + flags + '\n' + info.platform + '\n' + info.name +
                                 '\n' + info.version + '\n' + info.driver) +
                       ".bin";
-  if (const auto binary = load_cached(cached); binary && !binary->empty()) {
+  const auto known_binary = load_cached(cached);
+  if (known_binary && !known_binary->empty()) {
     try {
-      of_device = program_ = loaded(device, *binary, flags);
-      if (!info.compiles_always) record_program(program, [&] { return *binary; });
+      of_device = program_ = loaded(device, *known_binary, flags);
+      if (!info.compiles_always) record_program(program, [&] { return *known_binary; });
       return;
     } catch (const ::cl::Error&) {
       // The binary is damaged, or the driver has changed since: compile again.
     }
   }
-  CompileAhead::begin();
+  if (!known_binary) CompileAhead::begin();
   driver_works_on(file + " on " + info.name, missing_tool(info));
   ::cl::Program compiled;
   try {
@@ -183,11 +184,14 @@ Program::Program(const Device& device, const std::string& file, const Options& o
   const auto keep = [cached, binary] {
     if (const auto made = binary(); !made.empty()) store_cached(cached, made.data(), made.size());
   };
-  // A binary makes PoCL compile all kernels that were not launched yet
-  if (driver_keeps_kernels(info))
+  // A binary makes PoCL compile all kernels that were not launched yet; others than 3.1 compile all
+  // of them once more, and are found in its own cache
+  if (!driver_keeps_kernels(info))
+    keep();
+  else if (compiles_once(info))
     known.to_keep.push_back(keep);
   else
-    keep();
+    store_cached(cached, nullptr, 0);
 }
 
 namespace {

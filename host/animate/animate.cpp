@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <array>
 #include <chrono>
-#include <concepts>
 #include <fstream>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <cstdint>
 #include <fstream>
 #include <functional>
 #include <memory>
@@ -18,7 +17,6 @@
 #include "host/common/json.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/plan/memory.hpp"
 #include "host/planning/make_plan.hpp"
 #include "host/trace/work_shape.hpp"
 

@@ -4,10 +4,8 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <sstream>
 #include <system_error>
-#include <utility>
 
 #include "host/common/child_program.hpp"
 #include "host/common/environment.hpp"

@@ -4,7 +4,6 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <raywave/display.hpp>
-#include <utility>
 
 #include "host/common/error.hpp"
 

@@ -71,9 +71,9 @@ BasicField<Sample> at_points(const BasicFieldView<Sample>& field, const Resample
   return result;
 }
 
-std::optional<glm::dvec2> window_of(const ViewOptions& options) {
-  if (!options.window_m) return std::nullopt;
-  return vector_of(*options.window_m);
+std::optional<glm::dvec2> window_of(const std::optional<Vec2>& window_m) {
+  if (!window_m) return std::nullopt;
+  return vector_of(*window_m);
 }
 
 /// Progress of one of several lasers, which come one after another.
@@ -206,7 +206,7 @@ namespace {
 std::optional<Pupil> pupil_of(const ViewOptions& options, const ViewerSpec& viewer) {
   const bool is_part = options.view != Vec2{0, 0} || options.aperture != Vec2{1, 1};
   std::vector<std::string> given;
-  if (options.pupil) given = {*options.pupil};
+  if (options.pupil) given.push_back(*options.pupil);
   return pupils_asked(given, viewer, Frame::hologram, is_part, "pupil").front();
 }
 
@@ -214,7 +214,7 @@ Picture reconstruct(FieldStack field, const Pixels& pixels, const ViewOptions& o
                     const ViewerSpec& viewer = {}) {
   const auto hologram = hologram_spec(pixels, {field.nx, field.ny});
   const auto opened = open(options.on);
-  ReconstructSpec what{options.z_m, window_of(options), vector_of(options.view),
+  ReconstructSpec what{options.z_m, window_of(options.window_m), vector_of(options.view),
                        vector_of(options.aperture)};
   what.centre_m = vector_of(options.centre_m);
   what.pupil = pupil_of(options, viewer);
@@ -280,7 +280,7 @@ Picture seen_by_lens(const Scene& scene, const DeviceOptions& on, const Progress
 }  // namespace
 
 Picture lens(const Scene& scene, const ViewOptions& options, int points) {
-  LensSpec what{options.z_m, window_of(options), vector_of(options.view),
+  LensSpec what{options.z_m, window_of(options.window_m), vector_of(options.view),
                 vector_of(options.aperture), points};
   what.pupil = pupil_of(options, scene.state().scenes[0].viewer);
   return seen_by_lens(scene, options.on, options.progress,
@@ -288,11 +288,9 @@ Picture lens(const Scene& scene, const ViewOptions& options, int points) {
 }
 
 Picture preview(const Scene& scene, const PreviewOptions& options) {
-  std::optional<glm::dvec2> window_m;
-  if (options.window_m) window_m = vector_of(*options.window_m);
   return seen_by_lens(scene, options.on, {}, [&](const World& world, const raywave::Plan& plan) {
-    return preview_spec(positions_now(world), plan, options.z_m, window_m, vector_of(options.view),
-                        scene.state().scenes[0].viewer);
+    return preview_spec(positions_now(world), plan, options.z_m, window_of(options.window_m),
+                        vector_of(options.view), scene.state().scenes[0].viewer);
   });
 }
 
@@ -349,9 +347,8 @@ PictureComparison compare(const PictureView& a, const PictureView& b,
   if (a.channels != b.channels)
     throw InputError("b: has " + std::to_string(b.channels) + " channels, a " +
                      std::to_string(a.channels) + "; both are grey, or both are in colour");
-  if (a.channels == 3) {
+  if (a.channels == 3)
     return as_comparison(compare_colours(rgb_of(a, "a"), rgb_of(b, "b"), how), true);
-  }
   ColourComparison c;
   c.luminance = compare_pictures(image_of(a, "a"), image_of(b, "b"), how);
   return as_comparison(c, false);

@@ -119,14 +119,12 @@ Hologram hologram_of(std::shared_ptr<const Scene::State> scene, Rendered result,
         state->levels.insert(state->levels.end(), frame.begin(), frame.end());
       frame = {};
     }
-    append(state->field, std::move(laser.field));
+    laser.levels.clear();
+    append(state->field, std::exchange(laser.field, {}));
     if (laser.refined) {
       if (!state->refined) state->refined.emplace();
-      append(*state->refined, std::move(laser.refined->phases));
+      append(*state->refined, std::exchange(laser.refined->phases, {}));
     }
-    laser.levels.clear();
-    laser.field = {};
-    if (laser.refined) laser.refined->phases = {};
     state->lasers[i].result = std::move(laser);
   }
   return Hologram(std::move(state));
@@ -221,9 +219,7 @@ std::vector<double> Hologram::powers() const {
 }
 
 Hologram Hologram::laser(int number) const {
-  if (number < 0 || number >= lasers())
-    throw InputError("laser " + std::to_string(number) + ": there are " + std::to_string(lasers()) +
-                     ", counted from 0");
+  require_one_of("laser", number, lasers());
   return {state_, first_ + static_cast<std::size_t>(number), 1};
 }
 
@@ -236,9 +232,7 @@ Levels Hologram::for_slm(int frame) const {
   if (lasers_ > 1)
     throw InputError(
         "for_slm: of several lasers, ask the hologram of one for the picture it needs");
-  if (frame < 0 || frame >= frames())
-    throw InputError("frame " + std::to_string(frame) + ": there are " + std::to_string(frames()) +
-                     ", counted from 0");
+  require_one_of("frame", frame, frames());
   const auto& plan = state_->lasers[first_].result.plan;
   const auto size = static_cast<std::size_t>(nx()) * static_cast<std::size_t>(ny());
   const auto all = levels().subspan(size * static_cast<std::size_t>(frame), size);
@@ -432,10 +426,7 @@ struct Renderer::State {
   }
 
   void set_light(std::size_t light, const std::vector<std::string>& values) {
-    const auto lights = scenes[0].lights.size();
-    if (light >= lights)
-      throw InputError("light " + std::to_string(light) + ": there are " + std::to_string(lights) +
-                       ", counted from 0");
+    require_one_of("light", light, scenes[0].lights.size());
     auto changes = of_lights;
     for (const auto& value : values)
       changes.push_back("light." + std::to_string(light) + "." + value);
@@ -510,9 +501,7 @@ std::vector<double> Animation::wavelengths_m() const {
 
 AnimationPicture Animation::render(int picture) {
   const Turn turn(state_->mutex, state_->is_busy);
-  if (picture < 0 || picture >= pictures())
-    throw InputError("picture " + std::to_string(picture) + ": there are " +
-                     std::to_string(pictures()) + ", counted from 0");
+  require_one_of("picture", picture, pictures());
   const auto& animator = *state_->animator;
   if (!state_->pictures) state_->pictures.emplace(animator, state_->progress);
   auto made = state_->pictures->make(picture);

@@ -112,18 +112,17 @@ Mesh mesh_of(const MeshView& view) {
     fail("faces: there are none; vertices that are points have radii");
   if (vertices > UINT32_MAX / 4) fail("vertices: there are more than raywave takes");
   if (view.faces.size() > INT32_MAX / 4) fail("faces: there are more than raywave takes");
-  if (!view.uvs.empty() && view.uvs.size() != vertices)
-    fail("uv: there are " + std::to_string(view.uvs.size()) + " for " + std::to_string(vertices) +
-         " vertices");
-  if (!view.normals.empty() && view.normals.size() != vertices)
-    fail("normals: there are " + std::to_string(view.normals.size()) + " for " +
-         std::to_string(vertices) + " vertices");
+  const auto require_each = [&](const auto& values, const char* name) {
+    if (!values.empty() && values.size() != vertices)
+      fail(std::string(name) + ": there are " + std::to_string(values.size()) + " for " +
+           std::to_string(vertices) + " vertices");
+  };
+  require_each(view.uvs, "uv");
+  require_each(view.normals, "normals");
   require_finite(view.vertices, "vertices");
   require_finite(view.uvs, "uv");
   require_finite(view.normals, "normals");
-  if (!view.colours.empty() && view.colours.size() != vertices)
-    fail("colours: there are " + std::to_string(view.colours.size()) + " for " +
-         std::to_string(vertices) + " vertices");
+  require_each(view.colours, "colours");
   for (const auto& colour : view.colours)
     for (const float x : colour)
       if (!(x >= 0 && x <= 1)) fail("colours: must be 0 to 1, got " + number_text(double{x}));
@@ -232,9 +231,7 @@ void Scene::set(const std::vector<std::string>& overrides) {
 }
 
 void Scene::set_mesh(std::size_t object, const MeshView& mesh) {
-  if (object >= objects())
-    throw InputError("object " + std::to_string(object) + ": there are " +
-                     std::to_string(objects()) + ", counted from 0");
+  require_one_of("object", object, objects());
   auto next = std::make_shared<State>(*state_);
   next->meshes.at(object) = std::make_shared<const Mesh>(mesh_of(mesh));
   next->files = std::make_shared<Files>();

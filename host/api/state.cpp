@@ -95,18 +95,14 @@ Opened open(const DeviceOptions& on) {
 }
 
 raywave::Goal goal_of(const Goal& goal) {
-  raywave::Goal result;
-  result.preset = goal.preset;
   if (goal.budget_s && !(*goal.budget_s > 0 && within(*goal.budget_s, 1e9)))
     throw InputError("budget: must be > 0 seconds, got " + number_text(*goal.budget_s));
   if (goal.psnr_db && !(*goal.psnr_db >= 0 && *goal.psnr_db <= 200))
     throw InputError("psnr: must be 0 to 200 dB, got " + number_text(*goal.psnr_db));
-  result.budget_s = goal.budget_s;
   if (goal.rate_per_s && !(*goal.rate_per_s >= 0.001 && *goal.rate_per_s <= 1e6))
     throw InputError("rate: must be 0.001 to 1e+06 pictures a second, got " +
                      number_text(*goal.rate_per_s));
-  result.psnr_db = goal.psnr_db;
-  result.rate_per_s = goal.rate_per_s;
+  const raywave::Goal result{goal.preset, goal.budget_s, goal.psnr_db, goal.rate_per_s};
   if (result.count() > 1)
     throw InputError("preset, budget, psnr and rate: at most 1 of them can be given");
   return result;
@@ -179,9 +175,7 @@ Field as_field(FieldStack stack) {
 
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,
                   const Vec3& rotation_deg) {
-  if (object >= objects)
-    throw InputError("object " + std::to_string(object) + ": there are " + std::to_string(objects) +
-                     ", counted from 0");
+  require_one_of("object", object, objects);
   for (const double x : position_m)
     if (!within(x, 1e4))
       throw InputError("position: must be -10000 to 10000 m, got " + number_text(x));

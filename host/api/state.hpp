@@ -3,6 +3,7 @@
 /// raywave:: in front, the installed ones without.
 #pragma once
 
+#include <concepts>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
@@ -11,10 +12,12 @@
 #include <optional>
 #include <raywave/raywave.hpp>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "cl/device.hpp"
 #include "cl/fft.hpp"
+#include "host/common/error.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/render.hpp"
 #include "host/scene/files.hpp"
@@ -133,7 +136,17 @@ Image image_of(const PictureView& picture, const char* name);
 RgbPicture rgb_of(const PictureView& picture, const char* name);
 Field as_field(FieldStack stack);
 
-/// throws  InputError when a number is not finite, or beyond what a scene may have
+/// Refuses a number beyond those that there are, counted from 0.
+///
+/// what  "object"
+void require_one_of(const char* what, std::integral auto number, std::integral auto count) {
+  if (std::cmp_greater_equal(number, 0) && std::cmp_less(number, count)) return;
+  throw InputError(std::string(what) + " " + std::to_string(number) + ": there are " +
+                   std::to_string(count) + ", counted from 0");
+}
+
+/// throws  InputError when there is no such object, or a number is not finite or beyond what a
+///         scene may have
 void require_pose(std::size_t object, std::size_t objects, const Vec3& position_m,
                   const Vec3& rotation_deg);
 

@@ -64,8 +64,7 @@ void PlaneCarrier::make_stacks() {
 }
 
 void PlaneCarrier::make_field() {
-  const auto pixels = static_cast<std::size_t>(plan_->tiling.tile_size.x) *
-                      static_cast<std::size_t>(plan_->tiling.tile_size.y);
+  const auto pixels = area_of(plan_->tiling.tile_size);
   if (field_.size() != pixels) field_ = {device_, pixels, "field at the hologram"};
 }
 

@@ -75,28 +75,32 @@ private:
   std::vector<PlanePart> lit_;  // as many
 };
 
-// Light on planes in space: gathered from surface samples, or traced along the rays of fans.
+/// A carrier over planes in space, whose light is gathered from surface samples, or traced along
+/// the rays of fans.
+class SourceCarrier : public PlaneCarrier {
+protected:
+  using PlaneCarrier::PlaneCarrier;
 
-class PlaneSource {
-public:
-  /// table  null: fans are traced; like plan and scene it outlives the source
-  PlaneSource(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
-              const SampleTable* table, int frames) {
+  void make_source(const DeviceScene& scene, const SampleTable* table, int frames) final {
     if (table)
-      gatherer_.emplace(device, plan, scene, *table, frames);
+      gatherer_.emplace(device_, *plan_, scene, *table, frames);
     else
-      fans_.emplace(device, plan, scene);
+      fans_.emplace(device_, *plan_, scene);
   }
-
-  void start(std::uint32_t seed) {
+  void drop_source() final {
+    gatherer_.reset();
+    fans_.reset();
+  }
+  void start(std::uint32_t seed) final {
     seed_ = seed;
     if (gatherer_) gatherer_->draw_phases(seed);
   }
-  void fill(const Wrp& wrp, cl::ComplexBuffer& stack) {
+  PlanePart fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool) final {
     if (gatherer_)
       gatherer_->gather(wrp, stack);
     else
       fans_->trace(wrp, seed_, stack);
+    return {};
   }
 
 private:

@@ -2,10 +2,8 @@
 #include "host/animate/animate.hpp"
 
 #include <algorithm>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -20,6 +18,7 @@
 #include "host/cli/helpers.hpp"
 #include "host/cli/holograms.hpp"
 #include "host/cli/options.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/cli/parts.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/cache.hpp"
@@ -27,12 +26,9 @@
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
-#include "host/evaluate/stopwatch.hpp"
-#include "host/forecast/tuning.hpp"
 #include "host/forecast/warnings.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/scene/scene_json.hpp"
-#include "host/scene/units.hpp"
 
 namespace raywave::cli {
 
@@ -40,12 +36,7 @@ namespace {
 
 constexpr const char *video_name = "holograms.mkv", *preview_name = "preview.mp4";
 
-struct AnimateArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
-  std::string out, pictures;
+struct AnimateArguments : PartsArguments {
   bool stream = false, restart = false, no_video = false, no_preview = false;
 
   FrameStorage storage() const { return stream ? FrameStorage::stream : FrameStorage::pngs; }
@@ -57,7 +48,7 @@ struct AnimateArguments {
 /// all_there  no picture is made
 Json keep_videos(const AnimateArguments& options, bool all_there, bool is_part) {
   const std::filesystem::path folder(options.out);
-  const auto report = report_in(folder);
+  const auto report = read_report(folder / "report.json");
   auto kept = Json::object();
   std::string gone;
   for (const auto& [name, left_out] :
@@ -137,7 +128,7 @@ void write_videos(const AnimateArguments& options, const cl::Device& device, cl:
   ProgressBar bar(options.report.quiet);
   const auto& folder = holograms.folder;
   const auto report = [&](const char* name) {
-    auto json = report_in(folder);
+    auto json = read_report(folder / "report.json");
     json["animation"]["videos"][name] = digest_of_file(folder / name);
     write_text(folder / "report.json", json.dump(2) + "\n");
   };
@@ -173,14 +164,14 @@ void help_animate(const AnimateArguments& options) {
 
 /// Of the command that helpers are given.
 std::vector<std::string> words_of(const AnimateArguments& options) {
-  auto words = words_of("animate", options.scene, options.goal, options.device.fft);
+  auto words = words_of("animate", options);
   if (options.stream) words.emplace_back("--stream");
   words.insert(words.end(), {"-o", options.out, "--pictures"});
   return words;
 }
 
 void run_animate(const AnimateArguments& options) {
-  if (options.pictures == from_queue) return help_animate(options);
+  if (options.parts == from_queue) return help_animate(options);
   std::optional<cl::CompileAhead> ahead;
   if (!options.device.names_several())
     ahead.emplace([&] {
@@ -191,7 +182,7 @@ void run_animate(const AnimateArguments& options) {
     });
   auto scenes = load_moving(options.scene, options.report);
   const auto wanted =
-      range_of("--pictures", options.pictures, "picture", scenes[0].animation->pictures);
+      range_of("--pictures", options.parts, "picture", scenes[0].animation->pictures);
   const auto devices = options.device.all();
   const cl::Device device(devices[0]);
   const auto fft = options.device.backend(device.info());
@@ -286,14 +277,14 @@ void add_animate(CLI::App& app) {
   auto* command =
       add_command(app, section::make, "animate", "Compute the holograms of a scene that moves",
                   "build/raywave animate data/turntable.toml -o out");
-  auto options = std::make_shared<AnimateArguments>();
+  const auto options = arguments_of(*command, run_animate);
   options->scene.add_to(*command, "Scene file (TOML) with [animation]")->required();
   options->goal.add_to(*command);
   options->device.add_to(*command, /*takes_several=*/true);
   add_output(*command, options->out,
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();
-  option(*command, "--pictures", options->pictures, "N", group::pictures,
+  option(*command, "--pictures", options->parts, "N", group::pictures,
          "Only these pictures, counted from 0: 12, or 10..20 with both ends; several programs may "
          "each make some in one folder; without --pictures, what is missing is made");
   flag(*command, "--stream", options->stream, group::output,
@@ -305,7 +296,6 @@ void add_animate(CLI::App& app) {
   flag(*command, "--no-preview", options->no_preview, group::output,
        "Make no preview.mp4, what a viewer sees (needs ffmpeg)");
   options->report.add_to(*command, "what was made, and how fast");
-  command->callback([options] { run_animate(*options); });
 }
 
 }  // namespace raywave::cli

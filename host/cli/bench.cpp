@@ -3,9 +3,7 @@
 
 #include <unistd.h>
 
-#include <cstdio>
 #include <cstdlib>
-#include <memory>
 
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
@@ -21,12 +19,8 @@ namespace {
 
 namespace fs = std::filesystem;
 
-struct BenchArguments {
-  SceneOptions scene;
-  GoalOptions goal;
+struct BenchArguments : SceneArguments {
   std::string suite, only, data, peers;
-  DeviceOptions device;
-  ReportOptions report;
   BenchOptions bench;
   bool markdown = false, no_quality = false;
 };
@@ -106,15 +100,10 @@ void run_bench(const BenchArguments& options) {
   if (how.quick) how.seconds = 1;
   Bench bench(info, how);
   const auto style = options.markdown ? BenchStyle::markdown : BenchStyle::aligned;
-  const auto print = [&](const std::string& text) {
-    if (!options.report.prints_text()) return;
-    std::fputs(text.c_str(), stdout);
-    std::fflush(stdout);
-  };
-  print(bench_header(bench, suite.name) + "\n" + bench_heads(style));
+  options.report.print(bench_header(bench, suite.name) + "\n" + bench_heads(style));
   std::vector<BenchRow> rows;
   const auto add = [&](BenchRow row) {
-    print(bench_line(row, style));
+    options.report.print(bench_line(row, style));
     rows.push_back(std::move(row));
   };
   for (const auto& c : suite.cases) add(bench.run(c));
@@ -127,7 +116,7 @@ void run_bench(const BenchArguments& options) {
   const auto ratios = fill_ratios(suite.ratios, rows);
   for (const auto& table :
        {bench_work_table(bench, rows, style), bench_ratio_table(ratios, style)}) {
-    if (!table.empty()) print("\n" + table);
+    if (!table.empty()) options.report.print("\n" + table);
   }
   options.report.write(bench_json(bench, suite.name, rows, ratios));
 }
@@ -138,7 +127,7 @@ void add_bench(CLI::App& app) {
   auto* command = add_command(app, section::measure, "bench",
                               "Measure frames of moving scenes: time by stage, memory, quality",
                               "build/raywave bench --quick --only \"1 WRP\"");
-  auto options = std::make_shared<BenchArguments>();
+  const auto options = arguments_of(*command, run_bench);
   options->scene.add_to(*command, "Scene file (TOML), in place of a suite");
   options->goal.add_to(*command);
   option(*command, "--suite", options->suite, "cpu|gpu|paper|scaling", group::measurement,
@@ -160,7 +149,6 @@ void add_bench(CLI::App& app) {
   options->device.add_to(*command);
   flag(*command, "--markdown", options->markdown, group::output, "Tables in Markdown");
   options->report.add_to(*command, "all figures");
-  command->callback([options] { run_bench(*options); });
 }
 
 }  // namespace raywave::cli

@@ -2,7 +2,6 @@
 #include "host/view/compare.hpp"
 
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
@@ -188,14 +187,11 @@ void add_compare(CLI::App& app) {
                   "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8\n"
                   "build/raywave compare out/lens_18.55mm.exr out/reconstruction_18.55mm.exr "
                   "--blur 4px");
-  auto options = std::make_shared<CompareArguments>();
-  command
-      ->add_option("A", options->a,
-                   "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")
-      ->type_name("FILE")
+  const auto options = arguments_of(*command, run_compare);
+  argument(*command, "A", options->a, "FILE",
+           "Reference: field (.npy) or grey picture (.png in sRGB, .exr linear)")
       ->required();
-  command->add_option("B", options->b, "What is judged, of the same kind and size")
-      ->type_name("FILE")
+  argument(*command, "B", options->b, "FILE", "What is judged, of the same kind and size")
       ->required();
   flag(*command, "--levels", options->levels, group::pictures,
        "PNGs hold the levels of phase holograms: compare them as fields");
@@ -215,7 +211,6 @@ void add_compare(CLI::App& app) {
       ->expected(4);
   add_output(*command, options->out, "difference.png");
   options->report.add_to(*command, "the figures");
-  command->callback([options] { run_compare(*options); });
 }
 
 }  // namespace raywave::cli

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cstdio>
 #include <memory>
+#include <sstream>
 #include <string>
 #include <vector>
 
@@ -15,41 +16,36 @@
 namespace raywave::cli {
 namespace {
 
-/// What the word after an option may be.
-enum class ArgumentKind { nothing, anything, choice, scene, file, folder, device, json };
-
+/// What the word after an option may be, and the calls that offer it.
 struct Value {
-  ArgumentKind kind = ArgumentKind::nothing;
-  std::string placeholder;
-  std::vector<std::string> choices;  // of ArgumentKind::choice
+  std::string placeholder;  // empty: there is no word
+  std::string bash, zsh;
+
+  bool is_json() const { return placeholder == "[FILE]"; }
 };
 
-/// "hologram|part|SIZE" -> hologram, part: words in capitals stand for something.
-std::vector<std::string> choices_of(const std::string& placeholder) {
-  std::vector<std::string> all;
-  for (std::size_t from = 0; from <= placeholder.size();) {
-    const auto to = std::min(placeholder.find('|', from), placeholder.size());
-    const auto word = placeholder.substr(from, to - from);
-    if (!word.empty() && (word[0] < 'A' || word[0] > 'Z')) all.push_back(word);
-    from = to + 1;
-  }
+/// "hologram|part|SIZE" -> "hologram part": words in capitals stand for something.
+std::string choices_of(std::string placeholder) {
+  std::string all;
+  std::ranges::replace(placeholder, '|', ' ');
+  std::istringstream words(placeholder);
+  for (std::string word; words >> word;)
+    if (word[0] < 'A' || word[0] > 'Z') all += (all.empty() ? "" : " ") + word;
   return all;
 }
 
 Value value_of(const CLI::Option& option) {
-  Value value;
-  value.placeholder = placeholder_of(option);
-  const auto& name = value.placeholder;
-  value.kind = name.empty()                          ? ArgumentKind::nothing
-               : name.find('|') != std::string::npos ? ArgumentKind::choice
-               : name == "SCENE"                     ? ArgumentKind::scene
-               : name == "FILE"                      ? ArgumentKind::file
-               : name == "FOLDER"                    ? ArgumentKind::folder
-               : name == "DEVICE"                    ? ArgumentKind::device
-               : name == "[FILE]"                    ? ArgumentKind::json
-                                                     : ArgumentKind::anything;
-  if (value.kind == ArgumentKind::choice) value.choices = choices_of(name);
-  return value;
+  static const Value known[] = {{"SCENE", "_raywave_files toml", "_files -g \"*.toml(-.)\""},
+                                {"FILE", "_raywave_files", "_files"},
+                                {"FOLDER", "_raywave_folders", "_files -/"},
+                                {"DEVICE", "_raywave_devices", "_raywave_devices"},
+                                {"[FILE]", "_raywave_files json", "_files -g \"*.json(-.)\""}};
+  const auto name = placeholder_of(option);
+  for (const auto& value : known)
+    if (value.placeholder == name) return value;
+  if (name.find('|') == std::string::npos) return {name, ":", " "};
+  const auto choices = choices_of(name);
+  return {name, "_raywave_words " + choices, "(" + choices + ")"};
 }
 
 std::vector<std::string> names_of(const CLI::Option& option) {
@@ -71,28 +67,6 @@ std::vector<const CLI::Option*> options_of(const CLI::App& app, bool positional)
 }
 
 // ---------------------------------------------------------------------------------------- bash
-
-/// A call that offers what a value may be.
-std::string bash_offer(const Value& value) {
-  switch (value.kind) {
-    case ArgumentKind::choice:
-      return "_raywave_words " + joined(value.choices, " ");
-    case ArgumentKind::scene:
-      return "_raywave_files toml";
-    case ArgumentKind::file:
-      return "_raywave_files";
-    case ArgumentKind::folder:
-      return "_raywave_folders";
-    case ArgumentKind::device:
-      return "_raywave_devices";
-    case ArgumentKind::json:
-      return "_raywave_files json";
-    case ArgumentKind::nothing:
-    case ArgumentKind::anything:
-      break;
-  }
-  return ":";
-}
 
 constexpr const char* bash_helpers =
     R"sh(# bash completion for raywave, printed by: raywave completion bash
@@ -176,13 +150,13 @@ std::string bash_completion(const CLI::App& app) {
       const auto own = names_of(*option);
       names.insert(names.end(), own.begin(), own.end());
       const auto value = value_of(*option);
-      if (value.kind == ArgumentKind::nothing) continue;
+      if (value.placeholder.empty()) continue;
       std::string patterns;
       for (const auto& one : own)
         patterns.append(patterns.empty() ? "'" : " | '").append(name + " " + one + "'");
       // A file after --json is optional: an argument may follow instead.
-      values += "    " + patterns + ") " + bash_offer(value) +
-                (value.kind == ArgumentKind::json ? "; [[ -n $prefix ]]" : "") + " ;;\n";
+      values += "    " + patterns + ") " + value.bash +
+                (value.is_json() ? "; [[ -n $prefix ]]" : "") + " ;;\n";
     }
     options += "    '" + name + "') echo " + joined(names, " ") + " ;;\n";
   };
@@ -191,8 +165,7 @@ std::string bash_completion(const CLI::App& app) {
     add(*command, command->get_name());
     commands.push_back(command->get_name());
     for (const auto* positional : options_of(*command, true)) {
-      arguments +=
-          "    '" + command->get_name() + "') " + bash_offer(value_of(*positional)) + " ;;\n";
+      arguments += "    '" + command->get_name() + "') " + value_of(*positional).bash + " ;;\n";
       break;  // those after it are of the same kind
     }
   }
@@ -223,27 +196,7 @@ std::string zsh_text(const std::string& text) {
 
 /// ":placeholder:action"
 std::string zsh_action(const Value& value) {
-  const auto action = [&]() -> std::string {
-    switch (value.kind) {
-      case ArgumentKind::choice:
-        return "(" + joined(value.choices, " ") + ")";
-      case ArgumentKind::scene:
-        return "_files -g \"*.toml(-.)\"";
-      case ArgumentKind::file:
-        return "_files";
-      case ArgumentKind::folder:
-        return "_files -/";
-      case ArgumentKind::device:
-        return "_raywave_devices";
-      case ArgumentKind::json:
-        return "_files -g \"*.json(-.)\"";
-      case ArgumentKind::nothing:
-      case ArgumentKind::anything:
-        break;
-    }
-    return " ";
-  }();
-  return ":" + zsh_text(value.placeholder) + ":" + action;
+  return ":" + zsh_text(value.placeholder) + ":" + value.zsh;
 }
 
 std::string zsh_options(const CLI::App& command, const std::string& indent) {
@@ -254,14 +207,14 @@ std::string zsh_options(const CLI::App& command, const std::string& indent) {
     const bool many = option->get_expected_max() > 1 && option->get_delimiter() == '\0';
     for (const auto& name : names) {
       const bool is_long = name.starts_with("--");
-      const std::string joint = value.kind == ArgumentKind::nothing || !is_long ? ""
-                                : value.kind == ArgumentKind::json              ? "=-"
-                                                                                : "=";
+      const std::string joint = value.placeholder.empty() || !is_long ? ""
+                                : value.is_json()                     ? "=-"
+                                                                      : "=";
       all += indent + "'" + (many ? "*" : "(" + joined(names, " ") + ")") + name + joint + "[" +
              zsh_text(option->get_description()) + "]" +
-             (value.kind == ArgumentKind::nothing ? ""
-              : value.kind == ArgumentKind::json  ? ":" + zsh_action(value)
-                                                  : zsh_action(value)) +
+             (value.placeholder.empty() ? ""
+              : value.is_json()         ? ":" + zsh_action(value)
+                                        : zsh_action(value)) +
              "' \\\n";
     }
   }
@@ -319,7 +272,7 @@ void add_completion(CLI::App& app) {
                               "Print the completion of commands, options and values for a shell",
                               "source <(build/raywave completion bash)");
   auto shell = std::make_shared<std::string>();
-  command->add_option("SHELL", *shell, "bash or zsh")->type_name("bash|zsh")->required();
+  argument(*command, "SHELL", *shell, "bash|zsh", "bash or zsh")->required();
   command->callback([&app, shell] {
     if (*shell != "bash" && *shell != "zsh")
       throw InputError("completion " + in_quotes(*shell) +

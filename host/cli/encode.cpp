@@ -161,7 +161,7 @@ void add_encode(CLI::App& app) {
                   "Make the pictures for an SLM from a field, without a new render",
                   "build/raywave render data/study.toml -o out\n"
                   "build/raywave encode out/field.npy --slm data/bench.toml -o encoded");
-  auto options = std::make_shared<EncodeArguments>();
+  const auto options = arguments_of(*command, run_encode);
   options->hologram.add_to(*command, "field.npy, or report.json for the fields beside it");
   add_set(*command, options->hologram.set);
   options->device.add_device_to(*command);
@@ -171,7 +171,6 @@ void add_encode(CLI::App& app) {
       ->capture_default_str();
   add_output(*command, options->out, "hologram.png ... and report.json")->required();
   options->report.add_to(*command, "report.json");
-  command->callback([options] { run_encode(*options); });
 }
 
 }  // namespace raywave::cli

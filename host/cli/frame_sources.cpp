@@ -5,7 +5,6 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
 #include <cerrno>
 #include <cmath>
 #include <cstdlib>
@@ -113,7 +112,7 @@ std::vector<StoredFrame> pictures_of_lasers(const nlohmann::json& json, const fs
 std::vector<StoredFrame> rgb_pictures(const nlohmann::json& json, const fs::path& folder) {
   std::vector<StoredFrame> frames;
   for (std::size_t frame = 0; json.contains("files"); ++frame) {
-    const auto name = name_of_frame(frame, "png", "hologram_rgb");
+    const auto name = name_of_frame(frame, "hologram_rgb");
     if (!json.at("files").contains(name)) break;
     frames.push_back({folder / name, ""});
   }

@@ -2,7 +2,6 @@
 /// What `raywave show` shows: frames from files, reports, streams and standard input.
 #pragma once
 
-#include <memory>
 #include <string>
 #include <vector>
 

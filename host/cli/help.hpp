@@ -39,6 +39,14 @@ std::shared_ptr<CLI::FormatterBase> help_formatter();
 CLI::App* add_command(CLI::App& app, const char* section, const char* name, const char* description,
                       const std::string& example);
 
+/// What a command is asked for; `run` is called with it once the command line is understood.
+template <class Arguments>
+std::shared_ptr<Arguments> arguments_of(CLI::App& command, void (*run)(const Arguments&)) {
+  auto options = std::make_shared<Arguments>();
+  command.callback([options, run] { run(*options); });
+  return options;
+}
+
 /// An option under a heading of a command's help.
 ///
 /// placeholder  of its value: "LENGTH"
@@ -46,6 +54,15 @@ template <class Value>
 CLI::Option* option(CLI::App& command, const std::string& names, Value& value,
                     const std::string& placeholder, const char* group, const std::string& help) {
   return command.add_option(names, value, help)->type_name(placeholder)->group(group);
+}
+
+/// What stands in a command line without a name before it.
+///
+/// name  in the usage
+template <class Value>
+CLI::Option* argument(CLI::App& command, const std::string& name, Value& value,
+                      const std::string& placeholder, const std::string& help) {
+  return command.add_option(name, value, help)->type_name(placeholder);
 }
 
 template <class Value>

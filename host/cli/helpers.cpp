@@ -28,20 +28,20 @@
 
 namespace raywave::cli {
 
-std::vector<std::string> words_of(const char* command, const SceneOptions& scene,
-                                  const GoalOptions& goal, const std::string& fft) {
-  std::vector<std::string> words{"raywave", command, scene.file};
+std::vector<std::string> words_of(const char* command, const SceneArguments& options) {
+  const auto& goal = options.goal;
+  std::vector<std::string> words{"raywave", command, options.scene.file};
   const auto add = [&](const char* name, const std::string& value) {
     if (value.empty()) return;
     words.push_back(name);
     words.push_back(value);
   };
-  for (const auto& set : scene.set) add("--set", set);
+  for (const auto& set : options.scene.set) add("--set", set);
   add("--preset", goal.preset);
   add("--budget", goal.budget);
   if (goal.psnr_db) add("--psnr", format("%.17g", *goal.psnr_db));
   if (goal.rate_per_s) add("--rate", format("%.17g", *goal.rate_per_s));
-  add("--fft", fft);
+  add("--fft", options.device.fft);
   return words;
 }
 

@@ -19,8 +19,7 @@ constexpr const char* from_queue = "-";
 
 /// Words of a command line that makes the whole, but for --device; files are named as they were
 /// given.
-std::vector<std::string> words_of(const char* command, const SceneOptions& scene,
-                                  const GoalOptions& goal, const std::string& fft);
+std::vector<std::string> words_of(const char* command, const SceneArguments& options);
 
 /// Makes what `files` lacks: a helper on each device takes the next picture whenever it has time.
 ///

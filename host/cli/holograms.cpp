@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/holograms.hpp"
 
-#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -24,8 +23,7 @@ namespace raywave::cli {
 
 bool is_of_tiles(const std::filesystem::path& report) {
   if (extension_of(report) != ".json") return false;  // nothing is read of pipes
-  std::ifstream in(report);
-  const auto json = Json::parse(in, nullptr, false);
+  const auto json = read_report(report);
   return json.is_object() && json.contains("tiles");
 }
 
@@ -80,8 +78,8 @@ void say_once(const std::string& note) {
 
 }  // namespace
 
-std::string name_of_frame(std::size_t number, const std::string& format, const std::string& stem) {
-  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + "." + format;
+std::string name_of_frame(std::size_t number, const std::string& stem) {
+  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + ".png";
 }
 
 std::vector<std::string> picture_names(const nlohmann::json& report) {
@@ -89,7 +87,7 @@ std::vector<std::string> picture_names(const nlohmann::json& report) {
   const int frames = report.at("scene").at("sampling").at("frames");
   std::vector<std::string> names;
   for (int frame = 0; frame < frames; ++frame)
-    names.push_back(name_of_frame(static_cast<std::size_t>(frame), "png"));
+    names.push_back(name_of_frame(static_cast<std::size_t>(frame)));
   return names;
 }
 
@@ -137,7 +135,7 @@ SlmSpec PixelOptions::slm_spec(const std::filesystem::path& hologram,
 }
 
 void HologramOptions::add_to(CLI::App& command, const std::string& what) {
-  command.add_option("HOLOGRAM", files, what)->type_name("FILE")->required();
+  argument(command, "HOLOGRAM", files, "FILE", what)->required();
   pixels.add_to(command);
 }
 
@@ -210,8 +208,7 @@ LaserHolograms::LaserHolograms(const HologramOptions& options, bool fields) {
   if (!lasers) {
     auto& one = each.emplace_back(options);
     if (fields && extension_of(report) == ".json") {
-      std::ifstream in(report);
-      const auto told = Json::parse(in, nullptr, false);
+      const auto told = read_report(report);
       const bool is_refined =
           told.is_object() && told.contains("files") && told["files"].contains("refined.npy");
       one.files = {(report.parent_path() / (is_refined ? "refined.npy" : "field.npy")).string()};
@@ -258,7 +255,7 @@ FinishedRender::FinishedRender(const std::filesystem::path& file) {
       LaserFiles of_laser;
       if (lasers) of_laser = lasers->files.at(i);
       for (int frame = 0; !lasers && frame < frames; ++frame)
-        of_laser.pictures.push_back(name_of_frame(static_cast<std::size_t>(frame), "png"));
+        of_laser.pictures.push_back(name_of_frame(static_cast<std::size_t>(frame)));
       if (!lasers && report.at("files").contains("field.npy")) of_laser.field = "field.npy";
       const auto beside = [&](const std::string& of) {
         return files.emplace_back(folder / std::filesystem::path(of).filename());
@@ -330,10 +327,9 @@ Json numbered_report(const HologramSpec& hologram, const SlmSpec& slm, const Vie
 
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
-                          const std::vector<std::uint8_t>& levels, const std::string& format,
-                          const std::string& stem) {
+                          const std::vector<std::uint8_t>& levels, const std::string& stem) {
   const auto picture = for_slm(LevelPicture{size_px, levels}, slm);
-  const auto name = name_of_frame(number, format, stem);
+  const auto name = name_of_frame(number, stem);
   save_picture(folder / name, picture.size_px.x, picture.size_px.y, picture.levels);
   return name;
 }

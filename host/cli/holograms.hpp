@@ -87,8 +87,7 @@ std::vector<Level> load_hologram_levels(const std::filesystem::path& file, const
                                         glm::ivec2* size_px);
 
 /// "hologram.png", "hologram_2.png" ...: of frames from 0 on.
-std::string name_of_frame(std::size_t number, const std::string& format,
-                          const std::string& stem = "hologram");
+std::string name_of_frame(std::size_t number, const std::string& stem = "hologram");
 
 /// The names of the pictures that a report of one wavelength was written beside.
 std::vector<std::string> picture_names(const nlohmann::json& report);
@@ -102,13 +101,10 @@ Json encoded_report(const HologramSpec& hologram, const SlmSpec& slm, int frames
 Json numbered_report(const HologramSpec& hologram, const SlmSpec& slm, const ViewerSpec& viewer,
                      int frames);
 
-/// Saves the levels of frame `number` (from 0) as hologram.png, hologram_2.png ..., turned and
-/// flipped as the SLM wants them. Returns the file's name.
-///
-/// stem  of the name, instead of "hologram"
+/// Saves the levels of frame `number` (from 0) as STEM.png, STEM_2.png ..., turned and flipped as
+/// the SLM wants them. Returns the file's name.
 std::string save_hologram(const std::filesystem::path& folder, std::size_t number,
                           const SlmSpec& slm, glm::ivec2 size_px,
-                          const std::vector<std::uint8_t>& levels,
-                          const std::string& format = "png", const std::string& stem = "hologram");
+                          const std::vector<std::uint8_t>& levels, const std::string& stem);
 
 }  // namespace raywave::cli

@@ -187,11 +187,9 @@ void add_kernels(CLI::App& app) {
                               "build/raywave kernels data/study.toml -o programs\n"
                               "RAYWAVE_PROGRAM_DIR=programs build/raywave render data/study.toml "
                               "-o out");
-  auto options = std::make_shared<KernelsArguments>();
-  command
-      ->add_option("SCENES", options->scenes,
-                   "Scene files (TOML): each is rendered, and what it uses is kept")
-      ->type_name("SCENE");
+  const auto options = arguments_of(*command, run_kernels);
+  argument(*command, "SCENES", options->scenes, "SCENE",
+           "Scene files (TOML): each is rendered, and what it uses is kept");
   add_set(*command, options->set);
   add_strict(*command, options->strict);
   options->goal.add_to(*command);
@@ -203,7 +201,6 @@ void add_kernels(CLI::App& app) {
          "for this toolchain; --device renders the scenes meanwhile")
       ->excludes("--waves-on");
   options->report.add_to(*command, "the list of programs");
-  command->callback([options] { run_kernels(*options); });
 }
 
 }  // namespace raywave::cli

@@ -3,7 +3,6 @@
 
 #include <functional>
 #include <future>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <span>
@@ -29,13 +28,8 @@ namespace raywave::cli {
 
 namespace {
 
-struct LensArguments {
+struct LensArguments : LookArguments {
   SceneOptions scene;
-  DepthOptions depths;
-  ViewOptions view;
-  PupilOption pupil;
-  DeviceOptions device;
-  ReportOptions report;
   int lens_points = LensSpec{}.points;
 };
 
@@ -88,10 +82,7 @@ void run_lens(const LensArguments& options) {
   auto pictures = Json::array();
   Forecast forecast;
   const auto all = static_cast<double>(plans.size());
-  const auto pupils =
-      options.pupil.pupils(scenes[0].viewer, options.view.frame.frame(), options.view.is_part());
-  note_beyond_eyebox(options.report, pupils, scenes[0].viewer, scenes[0].hologram,
-                     options.view.frame.frame());
+  const auto pupils = options.pupils(scenes[0].viewer, scenes[0].hologram);
   const std::size_t count = depths_m.size() * pupils.size();
   for (std::size_t picture = 0; picture < count; ++picture) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
@@ -161,7 +152,7 @@ void add_lens(CLI::App& app) {
   auto* command = add_command(
       app, section::look, "lens", "Show what an ideal lens in the hologram's place sees",
       "build/raywave lens data/study.toml -z 18.55mm -o out --lens-points 8");
-  auto options = std::make_shared<LensArguments>();
+  const auto options = arguments_of(*command, run_lens);
   options->scene.add_to(*command)->required();
   options->depths.add_to(*command, "", "the hologram's");
   add_lens_points(*command, options->lens_points);
@@ -169,21 +160,19 @@ void add_lens(CLI::App& app) {
   options->view.add_to(*command);
   options->pupil.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
-  command->callback([options] { run_lens(*options); });
 }
 
 void add_preview(CLI::App& app) {
   auto* command = add_command(app, section::look, "preview",
                               "Show at once what a viewer will see, all depths in focus",
                               "build/raywave preview data/still_life.toml");
-  auto options = std::make_shared<LensArguments>();
+  const auto options = arguments_of(*command, run_preview);
   options->view.folder = ".";
   options->scene.add_to(*command)->required();
   options->depths.add_to(*command, "the scene's middle", "the scene's");
   options->device.add_device_to(*command);
   options->view.add_to(*command);
   options->report.add_to(*command, "what the picture is");
-  command->callback([options] { run_preview(*options); });
 }
 
 }  // namespace raywave::cli

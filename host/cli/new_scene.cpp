@@ -5,9 +5,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <glm/common.hpp>
-#include <glm/exponential.hpp>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <regex>
@@ -239,10 +236,8 @@ void add_new(CLI::App& app) {
   auto* command =
       add_command(app, section::make, "new", "Write a scene that shows a mesh beyond an SLM",
                   "build/raywave new data/vase.glb -o vase.toml --slm data/bench.toml");
-  auto options = std::make_shared<NewArguments>();
-  command->add_option("MESH", options->mesh, "OBJ, PLY, STL, OFF, glTF ...")
-      ->type_name("FILE")
-      ->required();
+  const auto options = arguments_of(*command, run_new);
+  argument(*command, "MESH", options->mesh, "FILE", "OBJ, PLY, STL, OFF, glTF ...")->required();
   option(*command, "--slm", options->slm, "SCENE", group::scene,
          "File whose sections [hologram], [slm], [illumination] and [viewer] are taken; "
          "1920 x 1080 pixels of 3.74 um at 638 nm when not given");
@@ -250,7 +245,6 @@ void add_new(CLI::App& app) {
          "The scene file, which must not be there yet")
       ->required();
   options->report.add_to(*command, "what was written");
-  command->callback([options] { run_new(*options); });
 }
 
 }  // namespace raywave::cli

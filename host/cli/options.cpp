@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/cli/options.hpp"
 
-#include <array>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -34,14 +33,20 @@ std::string choices(const auto& names) {
   return all;
 }
 
-double number(const std::string& text, const std::string& what, const char* wanted = "a number") {
-  std::size_t used = 0;
-  double value = NAN;
+/// NAN for what is not a number from its beginning to its end.
+double number_of(const std::string& text) {
   try {
-    value = std::stod(text, &used);
+    std::size_t used = 0;
+    const double value = std::stod(text, &used);
+    return used == text.size() ? value : NAN;
   } catch (const std::exception&) {
+    return NAN;
   }
-  if (used != text.size() || !std::isfinite(value))
+}
+
+double number(const std::string& text, const std::string& what, const char* wanted = "a number") {
+  const double value = number_of(text);
+  if (!std::isfinite(value))
     throw InputError(what + " " + in_quotes(text) + ": " + wanted + " is needed");
   return value;
 }
@@ -64,6 +69,12 @@ void ReportOptions::add_to(CLI::App& command, const std::string& content) {
              "--json=FILE), write it there beside the usual text");
   flag(command, "--quiet", quiet, group::output,
        "Print nothing but errors, and JSON where --json asks for it");
+}
+
+void ReportOptions::print(const std::string& text) const {
+  if (!prints_text()) return;
+  std::fputs(text.c_str(), stdout);
+  std::fflush(stdout);
 }
 
 void ReportOptions::note(const std::string& text) const {
@@ -111,7 +122,7 @@ void add_set(CLI::App& command, std::vector<std::string>& set) {
 CLI::Option* SceneOptions::add_to(CLI::App& command, const std::string& help) {
   add_set(command, set);
   add_strict(command, strict);
-  return command.add_option("SCENE", file, help)->type_name("SCENE");
+  return argument(command, "SCENE", file, "SCENE", help);
 }
 
 void DeviceOptions::add_device_to(CLI::App& command, bool takes_several) {
@@ -317,18 +328,19 @@ std::vector<std::optional<Pupil>> PupilOption::pupils(const ViewerSpec& viewer, 
   return pupils_asked(given, viewer, frame, is_part, "--pupil");
 }
 
-void note_beyond_eyebox(const ReportOptions& report,
-                        const std::vector<std::optional<Pupil>>& pupils, const ViewerSpec& viewer,
-                        const HologramSpec& hologram, Frame frame) {
-  if (!viewer.eyepiece_m) return;
-  for (const auto& pupil : pupils) {
-    if (!pupil) continue;
-    const auto eyebox_m = pupil->eyebox_m(hologram);
-    if (glm::all(glm::lessThanEqual(glm::abs(pupil->centre_m), eyebox_m / 2.0))) continue;
-    report.note("a pupil of " + pupil_text(*pupil, frame) + " lies beyond the eyebox, " +
+std::vector<std::optional<Pupil>> LookArguments::pupils(const ViewerSpec& viewer,
+                                                        const HologramSpec& hologram) const {
+  const auto frame = view.frame.frame();
+  const auto all = pupil.pupils(viewer, frame, view.is_part());
+  for (const auto& one : all) {
+    if (!one || !viewer.eyepiece_m) continue;
+    const auto eyebox_m = one->eyebox_m(hologram);
+    if (glm::all(glm::lessThanEqual(glm::abs(one->centre_m), eyebox_m / 2.0))) continue;
+    report.note("a pupil of " + pupil_text(*one, frame) + " lies beyond the eyebox, " +
                 millimetres(eyebox_m.x, 3) + " x " + millimetres(eyebox_m.y, 3) +
                 " around the axis: it sees other orders of the SLM, or nothing");
   }
+  return all;
 }
 
 std::string name_of_pupil(std::size_t number, std::size_t count) {
@@ -453,9 +465,7 @@ void note_cut(const ReportOptions& report, const Image& picture,
 
 std::string name_at_depth(const std::string& stem, const std::string& z, double z_m) {
   if (z.ends_with('D')) return stem + "_" + z;
-  std::array<char, 32> depth;
-  std::snprintf(depth.data(), depth.size(), "_%gmm", z_m * 1e3);
-  return stem + depth.data();
+  return stem + format("_%gmm", z_m * 1e3);
 }
 
 void add_blur(CLI::App& command, std::string& text, const std::string& default_blur) {
@@ -469,13 +479,8 @@ Blur parse_blur(const std::string& text) {
   if (!text.ends_with("px")) return {given_length_m(text, "--blur"), false};
   auto digits = text.substr(0, text.size() - 2);
   digits.erase(digits.find_last_not_of(' ') + 1);
-  std::size_t used = 0;
-  double pixels = NAN;
-  try {
-    pixels = std::stod(digits, &used);
-  } catch (const std::exception&) {
-  }
-  if (used == 0 || used != digits.size())
+  const double pixels = number_of(digits);
+  if (std::isnan(pixels))
     throw InputError("--blur " + in_quotes(text) + ": a number of pixels is needed, as in 4px");
   return {pixels, true};
 }

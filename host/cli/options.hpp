@@ -35,6 +35,8 @@ struct ReportOptions {
   void add_to(CLI::App& command, const std::string& content);
   /// Whether tables and summaries are printed: neither with --quiet nor beside JSON.
   bool prints_text() const { return !quiet && json != "-"; }
+  /// Prints at once, where text is printed.
+  void print(const std::string& text) const;
   /// Prints one line to standard error, but not with --quiet.
   void note(const std::string& text) const;
   /// Writes the JSON to where --json asks for it, if it does. A file is written whole or not at
@@ -98,6 +100,14 @@ struct GoalOptions {
   Goal goal() const;
 };
 
+/// What most commands on scenes are asked for.
+struct SceneArguments {
+  SceneOptions scene;
+  GoalOptions goal;
+  DeviceOptions device;
+  ReportOptions report;
+};
+
 /// --method and --rays.
 struct MethodOptions {
   std::string name = "wrp";
@@ -148,12 +158,6 @@ struct PupilOption {
                                            bool is_part = false) const;
 };
 
-/// Says which pupils behind an eyepiece lie beyond the eyebox, where other orders of the SLM are
-/// seen.
-void note_beyond_eyebox(const ReportOptions& report,
-                        const std::vector<std::optional<Pupil>>& pupils, const ViewerSpec& viewer,
-                        const HologramSpec& hologram, Frame frame);
-
 /// --view, --aperture, --frame, --percentile and --output of the commands that save what is seen.
 struct ViewOptions {
   std::string view_centre, aperture_size, folder, display_server;
@@ -178,6 +182,20 @@ struct ViewOptions {
   Json save(std::span<const Image> channels, const std::string& name, double z_m,
             const char* quantity, const ReportOptions& report, double blur_px = 0,
             const std::optional<Pupil>& pupil = {}) const;
+};
+
+/// What commands that save what is seen are asked for.
+struct LookArguments {
+  DepthOptions depths;
+  ViewOptions view;
+  PupilOption pupil;
+  DeviceOptions device;
+  ReportOptions report;
+
+  /// As PupilOption's. Says which of them, behind an eyepiece, lie beyond the eyebox, where other
+  /// orders of the SLM are seen.
+  std::vector<std::optional<Pupil>> pupils(const ViewerSpec& viewer,
+                                           const HologramSpec& hologram) const;
 };
 
 /// Notes where a picture in the hologram's own window is nearly as bright along a side as

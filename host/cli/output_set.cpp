@@ -40,8 +40,7 @@ std::string OutputSet::remove_replaced(const Json& before) const {
 }
 
 std::string OutputSet::finish(Json report, const ReportOptions& says) {
-  std::ifstream in(folder_ / "report.json");
-  const auto before = Json::parse(in, nullptr, false);
+  const auto before = read_report(folder_ / "report.json");
   auto& files = report["files"];
   for (const auto& name : names_) files[name] = digest_of_file(folder_ / name);
   // Names of devices come from drivers, in any encoding
@@ -56,6 +55,11 @@ std::string OutputSet::finish(Json report, const ReportOptions& says) {
 
 void OutputSet::print() const {
   for (const auto& name : names_) std::printf("  %s\n", (folder_ / name).c_str());
+}
+
+Json read_report(const std::filesystem::path& file) {
+  std::ifstream in(file);
+  return Json::parse(in, nullptr, false);
 }
 
 void require_of_report(const std::filesystem::path& report, const nlohmann::json& json,
@@ -74,8 +78,7 @@ void require_of_report(const std::filesystem::path& report, const nlohmann::json
 
 void require_of_report(const std::filesystem::path& report,
                        const std::vector<std::filesystem::path>& files) {
-  std::ifstream in(report);
-  const auto json = nlohmann::json::parse(in, nullptr, false);
+  const auto json = read_report(report);
   if (json.is_discarded())
     throw InputError(one_line(report.string()) + ": not a report of raywave");
   require_of_report(report, json, files);

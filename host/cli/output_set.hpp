@@ -37,6 +37,9 @@ private:
   std::vector<std::string> names_;
 };
 
+/// A report; discarded where there is none.
+Json read_report(const std::filesystem::path& file);
+
 /// Checks files against the digests of the report beside them; a report without any passes.
 ///
 /// throws  InputError that names the file that is another's

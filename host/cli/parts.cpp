@@ -6,7 +6,6 @@
 #include <cstddef>
 #include <cstdio>
 #include <filesystem>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -18,13 +17,13 @@
 #include "host/animate/hologram_tiles.hpp"
 #include "host/cli/helpers.hpp"
 #include "host/cli/holograms.hpp"
+#include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/cache.hpp"
 #include "host/common/error.hpp"
 #include "host/common/json.hpp"
 #include "host/common/output.hpp"
 #include "host/common/text.hpp"
-#include "host/encode/pictures.hpp"
 #include "host/evaluate/report.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/tuning.hpp"
@@ -95,7 +94,7 @@ std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vecto
 std::vector<std::string> said_by_parts(const std::filesystem::path& folder, const char* kind,
                                        const std::string& run) {
   auto said = FrameFiles::notes(folder);
-  const auto report = report_in(folder);
+  const auto report = read_report(folder / "report.json");
   const Json::json_pointer place("/" + std::string(kind) + "/run");
   if (report.contains(place) && report[place] == run)
     for (const auto& note : report.value("notes", Json::array()))
@@ -112,9 +111,11 @@ void say(const ReportOptions& report, const std::vector<std::string>& notes,
   }
 }
 
-Json report_in(const std::filesystem::path& folder) {
-  std::ifstream in(folder / "report.json");
-  return Json::parse(in, nullptr, false);
+void require_one_laser(const std::vector<Scene>& scenes) {
+  if (scenes.size() == 1) return;
+  throw InputError(one_line(scenes[0].file.string()) +
+                   ": tiles are made for one laser at a time; give one: --set colour.only=" +
+                   laser_name(scenes[0].hologram.wavelength_m));
 }
 
 namespace {
@@ -141,18 +142,7 @@ void write_manifest(const std::filesystem::path& folder, const HologramTiles& of
   write_text(folder / "report.json", json.dump(2) + "\n");
 }
 
-}  // namespace
-
-void require_one_laser(const std::vector<Scene>& scenes) {
-  if (scenes.size() == 1) return;
-  throw InputError(one_line(scenes[0].file.string()) +
-                   ": tiles are made for one laser at a time; give one: --set colour.only=" +
-                   laser_name(scenes[0].hologram.wavelength_m));
-}
-
-namespace {
-
-void help_tiles(const TilesArguments& options) {
+void help_tiles(const PartsArguments& options) {
   end_with_parent();
   auto scenes = options.scene.load_all(options.report);
   const cl::Device device(options.device.info());
@@ -163,8 +153,8 @@ void help_tiles(const TilesArguments& options) {
 
 }  // namespace
 
-void run_tiles(const TilesArguments& options) {
-  if (options.tiles == from_queue) return help_tiles(options);
+void run_tiles(const PartsArguments& options) {
+  if (options.parts == from_queue) return help_tiles(options);
   auto scenes = options.scene.load_all(options.report);
   require_one_laser(scenes);
   const auto devices = options.device.all();
@@ -180,7 +170,7 @@ void run_tiles(const TilesArguments& options) {
   });
   const auto run = hologram.run_name(FrameStorage::tiles);
   const int count = hologram.schedule().pictures();
-  const auto wanted = range_of("--tiles", options.tiles, "tile", count);
+  const auto wanted = range_of("--tiles", options.parts, "tile", count);
   const bool is_part = wanted.end - wanted.first < count;
   auto said = is_part ? said_by_parts(folder, "tiles", run) : std::vector<std::string>();
   say(options.report, notes, said);
@@ -195,7 +185,7 @@ void run_tiles(const TilesArguments& options) {
   add_to_end_at_signals("; the same command goes on with the tiles that are missing");
   const Stopwatch watch;
   const auto progress = [&](const std::string& what, double share) { bar->show(what, share); };
-  auto words = words_of("render", options.scene, options.goal, options.device.fft);
+  auto words = words_of("render", options);
   words.insert(words.end(), {"-o", options.out, "--tiles"});
   const auto made = devices.size() > 1 ? make_on(devices, words, files, progress)
                                        : hologram.make_frames(files, progress);

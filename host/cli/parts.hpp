@@ -10,7 +10,6 @@
 #include "cl/device.hpp"
 #include "host/animate/frame_files.hpp"
 #include "host/cli/options.hpp"
-#include "host/common/json.hpp"
 #include "host/forecast/presets.hpp"
 #include "host/scene/scene.hpp"
 
@@ -35,9 +34,6 @@ std::string count_text(int count, const char* what);
 std::pair<std::vector<Planned>, std::string> choose(const Goal& goal, std::vector<Scene>& scenes,
                                                     const cl::Device& device, bool by_tile = false);
 
-/// report.json of a folder; discarded where there is none.
-Json report_in(const std::filesystem::path& folder);
-
 /// What other parts of a run have said, as far as its folder knows.
 ///
 /// kind  in report.json: "animation", "tiles"
@@ -50,14 +46,12 @@ void say(const ReportOptions& report, const std::vector<std::string>& notes,
 /// throws  InputError for scenes of several lasers, whose tiles are not made together
 void require_one_laser(const std::vector<Scene>& scenes);
 
-/// What `render --tiles` is asked for.
-struct TilesArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
-  std::string out, tiles;
+/// What commands that make parts are asked for.
+struct PartsArguments : SceneArguments {
+  std::string out, parts;  // --pictures, --tiles
 };
-void run_tiles(const TilesArguments& options);
+
+/// `render --tiles`
+void run_tiles(const PartsArguments& options);
 
 }  // namespace raywave::cli

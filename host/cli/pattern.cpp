@@ -14,7 +14,6 @@
 #include "host/cli/options.hpp"
 #include "host/cli/output_set.hpp"
 #include "host/common/error.hpp"
-#include "host/common/output.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
 #include "host/scene/read_slm.hpp"
@@ -127,11 +126,9 @@ void add_pattern(CLI::App& app) {
       "Make a test picture that tells whether an SLM is set up right",
       "build/raywave pattern lens --slm data/bench.toml --size 1920x1080 --pitch 3.74um \\\n"
       "    --wavelength 638nm -o patterns");
-  auto options = std::make_shared<PatternArguments>();
-  command
-      ->add_option("PATTERN", options->pattern,
-                   "lens, blaze, checker or ramp; docs/slm.md says what to see")
-      ->type_name("lens|blaze|checker|ramp")
+  const auto options = arguments_of(*command, run_pattern);
+  argument(*command, "PATTERN", options->pattern, "lens|blaze|checker|ramp",
+           "lens, blaze, checker or ramp; docs/slm.md says what to see")
       ->required();
   option(*command, "--slm", options->slm, "SCENE", group::pictures,
          "File with section [slm]; levels of phase when not given");
@@ -156,7 +153,6 @@ void add_pattern(CLI::App& app) {
   options->device.add_device_to(*command);
   add_output(*command, options->out, "the picture and report.json")->required();
   options->report.add_to(*command, "report.json");
-  command->callback([options] { run_pattern(*options); });
 }
 
 }  // namespace raywave::cli

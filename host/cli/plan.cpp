@@ -1,8 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/plan/plan.hpp"
 
-#include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/animate/hologram_tiles.hpp"
@@ -16,11 +14,7 @@
 namespace raywave::cli {
 namespace {
 
-struct PlanArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
+struct PlanArguments : SceneArguments {
   bool tiles = false;
 };
 
@@ -37,7 +31,7 @@ void run_plan(const PlanArguments& options) {
   const auto planned = plan_scenes(scenes, world, figures(options.device), options.goal.goal(),
                                    {.field = !options.tiles, .by_tile = options.tiles});
   if (options.tiles) require_tiles(planned[0].plan);
-  if (options.report.prints_text()) std::fputs(plan_report_text(planned, world).c_str(), stdout);
+  options.report.print(plan_report_text(planned, world));
   options.report.write(plan_report_json(planned, world));
 }
 
@@ -47,14 +41,13 @@ void add_plan(CLI::App& app) {
   auto* command = add_command(app, section::make, "plan",
                               "Show how a scene is read, what would be computed, what to expect",
                               "build/raywave plan data/teapot.toml --preset balanced");
-  auto options = std::make_shared<PlanArguments>();
+  const auto options = arguments_of(*command, run_plan);
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->device.add_device_to(*command);
   flag(*command, "--tiles", options->tiles, group::plan,
        "As render --tiles computes it: one tile in memory");
   options->report.add_to(*command, "the plan");
-  command->callback([options] { run_plan(*options); });
 }
 
 }  // namespace raywave::cli

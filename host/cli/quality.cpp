@@ -27,13 +27,9 @@ namespace raywave::cli {
 
 namespace {
 
-struct QualityArguments {
-  SceneOptions scene;
+struct QualityArguments : SceneArguments {
   MethodOptions method;
-  GoalOptions goal;
   DepthOptions depths;
-  DeviceOptions device;
-  ReportOptions report;
   QualitySpec quality;
   FrameOption frame;
   PupilOption pupil;
@@ -256,7 +252,7 @@ void add_quality(CLI::App& app) {
   auto* command = add_command(app, section::look, "quality",
                               "Compare a scene's hologram with an ideal lens, from several views",
                               "build/raywave quality data/study.toml -o out --lens-points 8");
-  auto options = std::make_shared<QualityArguments>();
+  const auto options = arguments_of(*command, run_quality);
   auto& quality = options->quality;
   options->scene.add_to(*command, "Scene file (TOML); or report.json of render or refine")
       ->required();
@@ -276,7 +272,6 @@ void add_quality(CLI::App& app) {
   options->device.add_to(*command);
   add_output(*command, options->out, "quality.png and quality.json");
   options->report.add_to(*command, "quality.json");
-  command->callback([options] { run_quality(*options); });
 }
 
 }  // namespace raywave::cli

@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <cmath>
 #include <filesystem>
-#include <fstream>
 #include <glm/common.hpp>
 #include <glm/vector_relational.hpp>
 #include <limits>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -33,13 +31,8 @@ namespace raywave::cli {
 
 namespace {
 
-struct ReconstructArguments {
+struct ReconstructArguments : LookArguments {
   HologramOptions hologram;
-  DepthOptions depths;
-  ViewOptions view;
-  PupilOption pupil;
-  DeviceOptions device;
-  ReportOptions report;
   std::string eyepiece, blur = "eye", centre;
   bool field = false;
 
@@ -98,16 +91,10 @@ void note_shift(const ReconstructArguments& options, const HologramOptions& holo
         "bench");
 }
 
-/// Discarded where there is none.
-Json json_beside(const std::filesystem::path& file) {
-  std::ifstream in(file.parent_path() / "report.json");
-  return Json::parse(in, nullptr, false);
-}
-
 /// The report beside a hologram; of several lasers, that of the first. Empty where there is none,
 /// or objects move.
 Json report_beside(const std::filesystem::path& file) {
-  auto report = json_beside(file);
+  auto report = read_report(file.parent_path() / "report.json");
   if (!report.is_object() || report.contains("animation")) return {};
   const auto first = "/colour/lasers/0/report"_json_pointer;
   return report.contains(first) ? report.at(first) : report;
@@ -194,7 +181,7 @@ void note_place(const ReconstructArguments& options, const Json& report, glm::dv
 /// Says which files the report beside them, which tells their pixels, does not list.
 void note_unlisted(const ReconstructArguments& options) {
   for (const std::filesystem::path file : options.hologram.files) {
-    const auto report = json_beside(file);
+    const auto report = read_report(file.parent_path() / "report.json");
     const auto listed = report.find("files");
     if (extension_of(file) != ".json" && listed != report.end() &&
         !listed->contains(file.filename().string()))
@@ -260,9 +247,7 @@ void run_reconstruct(const ReconstructArguments& options) {
   if (const auto count = options.hologram.files.size(); count > 1 && file.starts_with("frame_"))
     options.report.note("the mean of these " + std::to_string(count) +
                         " holograms is shown; give those of one picture of an animation to see it");
-  const auto pupils =
-      options.pupil.pupils(viewer, options.view.frame.frame(), options.view.is_part());
-  note_beyond_eyebox(options.report, pupils, viewer, specs[0], options.view.frame.frame());
+  const auto pupils = options.pupils(viewer, specs[0]);
   for (std::size_t picture = 0; picture < depths_m.size() * pupils.size(); ++picture) {
     const std::size_t depth = picture / pupils.size(), number = picture % pupils.size();
     const double z_m = what.z_m = depths_m[depth];
@@ -309,7 +294,7 @@ void add_reconstruct(CLI::App& app) {
       add_command(app, section::look, "reconstruct", "Show what a hologram shows at given depths",
                   "build/raywave render data/teapot.toml -o out --preset draft\n"
                   "build/raywave reconstruct out/report.json -z 95mm -z 100mm -o out");
-  auto options = std::make_shared<ReconstructArguments>();
+  const auto options = arguments_of(*command, run_reconstruct);
   options->hologram.add_to(*command,
                            "report.json or hologram.png ... (what the SLM shows, mean of the "
                            "frames), or field.npy");
@@ -329,7 +314,6 @@ void add_reconstruct(CLI::App& app) {
   options->view.add_to(*command);
   options->pupil.add_to(*command);
   options->report.add_to(*command, "the list of pictures");
-  command->callback([options] { run_reconstruct(*options); });
 }
 
 }  // namespace raywave::cli

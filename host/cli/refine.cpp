@@ -15,7 +15,6 @@
 #include "host/cli/output_set.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
-#include "host/common/output.hpp"
 #include "host/common/stage_clock.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/encode.hpp"
@@ -34,16 +33,11 @@ namespace raywave::cli {
 
 namespace {
 
-struct RefineArguments {
-  std::string input, targets, start, out, blur, budget;
-  std::vector<std::string> set;
-  bool strict = false;
-  GoalOptions goal;
+struct RefineArguments : SceneArguments {
+  std::string targets, start, out, blur, budget;
   DepthOptions depths;
   FrameOption frame;
   PixelOptions pixels;
-  DeviceOptions device;
-  ReportOptions report;
   int iterations = 0;
   std::optional<int> views;
   int lens_points = RefineSettings{}.lens_points;
@@ -200,7 +194,7 @@ std::vector<FieldStack> starts_of(const std::string& start, const std::vector<Sc
 /// Renders the scene, refined, and makes the pictures that tell whether it carries over.
 Work work_of_scene(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
   Work work;
-  auto scenes = load_all(options.input, options.set, options.strict, options.report);
+  auto scenes = options.scene.load_all(options.report);
   const bool is_colour = scenes.size() > 1;
   require_border(options, scenes[0].hologram.resolution);
   for (auto& scene : scenes)
@@ -227,7 +221,7 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
     files.push_back(files_of_laser(
         laser, laser_suffix(laser.plan.hologram.wavelength_m, scenes.size()), false, true));
   work.report = report_json(scenes, rendered, files, device.info(), how.fft);
-  work.report["set"] = options.set;
+  work.report["set"] = options.scene.set;
   for (const auto& note : notes_of(rendered.lasers)) options.report.note(note);
 
   std::optional<DeviceScene> arrays;
@@ -284,12 +278,12 @@ Work work_of_scene(const RefineArguments& options, const cl::Device& device, Pro
 
 /// Reads a field and the pictures that `raywave lens` has written, and refines towards them.
 Work work_of_field(const RefineArguments& options, const cl::Device& device, ProgressBar& bar) {
-  const std::filesystem::path file(options.input), folder(options.targets);
+  const std::filesystem::path file(options.scene.file), folder(options.targets);
   Work work;
   auto& task = work.tasks.emplace_back();
   task.field = load_npy(file);
   task.hologram = options.pixels.spec(file, {task.field.nx, task.field.ny});
-  task.slm = options.pixels.slm_spec(file, options.set);
+  task.slm = options.pixels.slm_spec(file, options.scene.set);
   require_phases(task.slm);
   require_border(options, task.hologram.resolution);
   task.blur_m = blur_of(options, task.hologram, 4 * task.hologram.pitch_m.x);
@@ -341,9 +335,9 @@ Work work_of_field(const RefineArguments& options, const cl::Device& device, Pro
 }
 
 void run_refine(const RefineArguments& options) {
-  const bool is_field = extension_of(options.input) == ".npy";
+  const bool is_field = extension_of(options.scene.file) == ".npy";
   if (is_field && options.targets.empty())
-    throw InputError("refine " + in_quotes(options.input) +
+    throw InputError("refine " + in_quotes(options.scene.file) +
                      ": a field needs --targets, the folder of what raywave lens has written");
   if (!is_field && !options.targets.empty())
     throw InputError("--targets belongs to a field.npy; a scene makes its own pictures");
@@ -387,7 +381,7 @@ void run_refine(const RefineArguments& options) {
     auto& task = work.tasks[i];
     for (std::size_t frame = 0; frame < task.levels.size(); ++frame)
       pictures.push_back(save_hologram(out.folder(), frame, task.panel->slm(),
-                                       task.hologram.resolution, task.levels[frame], "png",
+                                       task.hologram.resolution, task.levels[frame],
                                        "hologram" + work.suffix_of(i)));
     const auto& phases = task.refined.phases;
     const auto name = "refined" + work.suffix_of(i) + ".npy";
@@ -421,14 +415,10 @@ void add_refine(CLI::App& app) {
                   "build/raywave refine data/study.toml -o out --set sampling.frames=4\n"
                   "build/raywave lens data/study.toml -z 18.55mm -z 19.5mm -o lens\n"
                   "build/raywave refine out/refined.npy --targets lens -o further");
-  auto options = std::make_shared<RefineArguments>();
-  command
-      ->add_option("SCENE", options->input,
-                   "Scene file (TOML), which is rendered first; or field.npy, with --targets")
-      ->type_name("SCENE")
+  const auto options = arguments_of(*command, run_refine);
+  options->scene
+      .add_to(*command, "Scene file (TOML), which is rendered first; or field.npy, with --targets")
       ->required();
-  add_set(*command, options->set);
-  add_strict(*command, options->strict);
   options->goal.add_preset_to(*command);
   option(*command, "--iterations", options->iterations, "N", group::refinement,
          "Iterations per frame; as many as the pictures need when not given")
@@ -460,7 +450,6 @@ void add_refine(CLI::App& app) {
              "hologram.png, refined.npy and report.json; of several lasers hologram_638nm.png ...")
       ->required();
   options->report.add_to(*command, "report.json");
-  command->callback([options] { run_refine(*options); });
 }
 
 }  // namespace raywave::cli

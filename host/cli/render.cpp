@@ -4,11 +4,9 @@
 #include <algorithm>
 #include <array>
 #include <cctype>
-#include <cstdint>
 #include <cstdio>
 #include <filesystem>
 #include <map>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <string>
 #include <utility>
@@ -24,7 +22,6 @@
 #include "host/cli/parts.hpp"
 #include "host/cli/progress.hpp"
 #include "host/common/error.hpp"
-#include "host/common/output.hpp"
 #include "host/common/rehearsal.hpp"
 #include "host/common/text.hpp"
 #include "host/encode/pictures.hpp"
@@ -41,13 +38,8 @@ namespace raywave::cli {
 
 namespace {
 
-struct RenderArguments {
-  SceneOptions scene;
-  GoalOptions goal;
+struct RenderArguments : PartsArguments {
   MethodOptions method;
-  DeviceOptions device;
-  ReportOptions report;
-  std::string out, tiles;
   bool save_wrps = false, no_field = false, rgb = false;
 };
 
@@ -68,11 +60,7 @@ std::string time_text(const std::map<std::string, double>& seconds) {
     stages.emplace_back(duration, stage);
   }
   std::sort(stages.rbegin(), stages.rend());
-  const auto number = [](double duration) {
-    std::array<char, 32> digits;
-    std::snprintf(digits.data(), digits.size(), "%.2f s", duration);
-    return std::string(digits.data());
-  };
+  const auto number = [](double duration) { return format("%.2f s", duration); };
   std::string parts;
   for (const auto& [duration, stage] : stages) {
     if (duration < least_share * total) break;
@@ -92,7 +80,7 @@ std::string save_rgb(const std::filesystem::path& folder, std::size_t frame,
     pictures[i] =
         for_slm(LevelPicture{laser.plan.hologram.size, laser.levels[frame]}, laser.plan.slm);
   }
-  const auto name = name_of_frame(frame, "png", "hologram_rgb");
+  const auto name = name_of_frame(frame, "hologram_rgb");
   save_picture(folder / name, pictures[0].size_px.x, pictures[0].size_px.y,
                packed_rgb(pictures, wavelengths_m));
   return name;
@@ -104,7 +92,7 @@ LaserFiles save_laser(OutputSet& out, const RenderResult& laser, const std::stri
   const auto files = files_of_laser(laser, suffix, keeps_field, keeps_field);
   for (std::size_t frame = 0; frame < laser.levels.size(); ++frame)
     out.add(save_hologram(out.folder(), frame, laser.plan.slm, laser.plan.hologram.size,
-                          laser.levels[frame], "png", "hologram" + suffix));
+                          laser.levels[frame], "hologram" + suffix));
   const auto save_field = [&](const std::string& file, const FieldStack& field) {
     save_npy(out.folder() / file, field.nx, field.ny, field.frames, field.samples);
     out.add(file);
@@ -184,7 +172,7 @@ RenderTask render_task_of(const RenderArguments& options) {
 }
 
 void run_render(const RenderArguments& options) {
-  if (!options.tiles.empty()) {
+  if (!options.parts.empty()) {
     for (const auto& [is_given, name] :
          {std::pair(options.save_wrps, "--save-wrps"), std::pair(options.rgb, "--rgb"),
           std::pair(!options.device.waves_on.empty(), "--waves-on"),
@@ -193,8 +181,7 @@ void run_render(const RenderArguments& options) {
         throw InputError(std::string(name) +
                          ": leave it out; --tiles writes levels alone, by "
                          "--method wrp");
-    return run_tiles(
-        {options.scene, options.goal, options.device, options.report, options.out, options.tiles});
+    return run_tiles(options);
   }
   std::optional<cl::CompileAhead> ahead([&] {
     auto [scenes, device, waves, how] = render_task_of(options);
@@ -249,7 +236,7 @@ void run_render(const RenderArguments& options) {
 void add_render(CLI::App& app) {
   auto* command = add_command(app, section::make, "render", "Compute the hologram of a scene",
                               "build/raywave render data/teapot.toml -o out --preset balanced");
-  auto options = std::make_shared<RenderArguments>();
+  const auto options = arguments_of(*command, run_render);
   options->scene.add_to(*command)->required();
   options->goal.add_to(*command);
   options->method.add_to(*command);
@@ -264,12 +251,11 @@ void add_render(CLI::App& app) {
   flag(*command, "--rgb", options->rgb, group::output,
        "Of three lasers: also write hologram_rgb.png, whose channels are their holograms");
   option(
-      *command, "--tiles", options->tiles, "N", group::output,
+      *command, "--tiles", options->parts, "N", group::output,
       "Write a file of each tile of hologram.tiles (tile_00000.png ...) and no field, for "
       "holograms that memory does not hold: 12, or 10..20 with both ends, which several programs "
       "may make in one folder at once; or all, alone, which makes what is missing");
   options->report.add_to(*command, "report.json");
-  command->callback([options] { run_render(*options); });
 }
 
 }  // namespace raywave::cli

@@ -1,9 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/evaluate/selftest/selftest.hpp"
 
-#include <cstdio>
-#include <memory>
-
 #include "host/cli/commands.hpp"
 #include "host/cli/help.hpp"
 #include "host/cli/options.hpp"
@@ -33,23 +30,19 @@ void run_selftest(const SelftestArguments& options) {
     throw InputError("--only \"" + options.only +
                      "\": no row's name holds this; without --only all are shown");
 
-  const auto print = [&](const std::string& text) {
-    if (!options.report.prints_text()) return;
-    std::fputs(text.c_str(), stdout);
-    std::fflush(stdout);
-  };
-  print(self_test_header(info, size) + "\n");
+  options.report.print(self_test_header(info, size) + "\n");
   std::vector<SelfTestRow> rows;
   std::size_t failed = 0;
   for (auto& check : checks) {
     check.bound /= options.strict;
     rows.push_back(raywave::run(check, device));
     failed += !rows.back().passed;
-    print(self_test_line(rows.back()));
+    options.report.print(self_test_line(rows.back()));
   }
-  if (const auto extremes = extremes_text(rows); !extremes.empty()) print("\n" + extremes);
-  print("\n" + std::to_string(rows.size() - failed) + " of " + std::to_string(rows.size()) +
-        " passed\n");
+  if (const auto extremes = extremes_text(rows); !extremes.empty())
+    options.report.print("\n" + extremes);
+  options.report.print("\n" + std::to_string(rows.size() - failed) + " of " +
+                       std::to_string(rows.size()) + " passed\n");
   options.report.write(self_test_json(info, size, rows));
   if (!all_passed(rows)) throw CLI::RuntimeError(1);
 }
@@ -60,7 +53,7 @@ void add_selftest(CLI::App& app) {
   auto* command = add_command(app, section::devices, "selftest",
                               "Check a device and its driver against double precision",
                               "build/raywave selftest");
-  auto options = std::make_shared<SelftestArguments>();
+  const auto options = arguments_of(*command, run_selftest);
   flag(*command, "--full", options->full, group::measurement,
        "Minutes instead of seconds: every float, millions of rays, large planes");
   add_only(*command, options->only, "FFT");
@@ -70,7 +63,6 @@ void add_selftest(CLI::App& app) {
       ->capture_default_str();
   options->device.add_device_to(*command);
   options->report.add_to(*command, "the table");
-  command->callback([options] { run_selftest(*options); });
 }
 
 }  // namespace raywave::cli

@@ -217,13 +217,10 @@ void add_show(CLI::App& app) {
                               "Show holograms on an SLM that is an output of this computer",
                               "build/raywave show --list\n"
                               "build/raywave show out --output HDMI-1");
-  auto options = std::make_shared<ShowArguments>();
-  command
-      ->add_option(
-          "WHAT", options->what,
-          "Pictures, a folder, report.json, frames.raw, - for raw levels from standard input, "
-          "or a scene that moves, which is computed meanwhile")
-      ->type_name("FILE");
+  const auto options = arguments_of(*command, run_show);
+  argument(*command, "WHAT", options->what, "FILE",
+           "Pictures, a folder, report.json, frames.raw, - for raw levels from standard input, "
+           "or a scene that moves, which is computed meanwhile");
   option(*command, "--output", options->output, "NAME", group::pictures,
          "Output by its name, or by maker, product and serial of its EDID, as --list prints them");
   option(*command, "--backend", options->backend, "window|kms", group::pictures,
@@ -247,7 +244,6 @@ void add_show(CLI::App& app) {
          "Where a line of JSON for each flip goes: - for standard output, udp:HOST:PORT, or a file "
          "or serial port");
   options->report.add_to(*command, "the report");
-  command->callback([options] { run_show(*options); });
 }
 
 }  // namespace raywave::cli

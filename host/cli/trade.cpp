@@ -4,7 +4,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <optional>
 
 #include "host/cli/commands.hpp"
@@ -63,7 +62,7 @@ void add_trade(CLI::App& app) {
   auto* command = add_command(app, section::measure, "trade",
                               "Measure what each setting of a scene costs in time and accuracy",
                               "build/raywave trade data/study.toml -o out --quick");
-  auto options = std::make_shared<TradeArguments>();
+  const auto options = arguments_of(*command, run_trade);
   auto& trade = options->trade;
   trade.pictures.lens_points = 8;
   options->scene
@@ -98,7 +97,6 @@ void add_trade(CLI::App& app) {
   add_output(*command, options->out,
              "trade.json, trade.csv and trade.png; goes on where an earlier run there stopped");
   options->report.add_to(*command, "trade.json");
-  command->callback([options] { run_trade(*options); });
 }
 
 }  // namespace raywave::cli

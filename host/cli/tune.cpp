@@ -3,7 +3,6 @@
 
 #include <chrono>
 #include <cstdio>
-#include <memory>
 #include <nlohmann/json.hpp>
 
 #include "host/cli/commands.hpp"
@@ -99,10 +98,9 @@ void add_tune(CLI::App& app) {
   auto* command = add_command(app, section::measure, "tune",
                               "Measure a device: its fastest work shape, and rates for plan",
                               "build/raywave tune    # some minutes; kept in the cache folder");
-  auto options = std::make_shared<TuneArguments>();
+  const auto options = arguments_of(*command, run_tune);
   options->device.add_to(*command);
   options->report.add_to(*command, "rates and trials");
-  command->callback([options] { run_tune(*options); });
 }
 
 }  // namespace raywave::cli

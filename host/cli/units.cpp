@@ -8,7 +8,6 @@
 #include <cstdint>
 #include <cstdio>
 #include <filesystem>
-#include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <string>
@@ -34,11 +33,7 @@ namespace raywave::cli {
 
 namespace {
 
-struct UnitsArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
+struct UnitsArguments : SceneArguments {
   std::string each = "10s", openjd;
 };
 
@@ -174,7 +169,7 @@ void run_units(const UnitsArguments& options) {
                     {"holograms", {schedule.first_of(first), schedule.first_of(end) - 1}}});
     if (options.report.prints_text()) std::printf("%s  %.1f s\n", name.c_str(), seconds);
   }
-  auto command = words_of(words.command, options.scene, options.goal, options.device.fft);
+  auto command = words_of(words.command, options);
   if (!options.device.device.empty())
     command.insert(command.end(), {"--device", options.device.device});
   if (!options.openjd.empty())
@@ -203,7 +198,7 @@ void add_units(CLI::App& app) {
                   "Divide an animation, or a hologram in tiles, among machines: the parts, "
                   "and their time",
                   "build/raywave units data/turntable.toml --each 5s");
-  auto options = std::make_shared<UnitsArguments>();
+  const auto options = arguments_of(*command, run_units);
   options->scene.add_to(*command, "Scene file (TOML) with [animation] or hologram.tiles")
       ->required();
   options->goal.add_to(*command);
@@ -215,7 +210,6 @@ void add_units(CLI::App& app) {
   option(*command, "--openjd", options->openjd, "FILE", group::output,
          "Also write a job template of Open Job Description");
   options->report.add_to(*command, "the parts");
-  command->callback([options] { run_units(*options); });
 }
 
 }  // namespace raywave::cli

@@ -1,6 +1,5 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
-#include <cmath>
 #include <condition_variable>
 #include <cstdio>
 #include <filesystem>
@@ -37,11 +36,7 @@
 namespace raywave::cli {
 namespace {
 
-struct ViewArguments {
-  SceneOptions scene;
-  GoalOptions goal;
-  DeviceOptions device;
-  ReportOptions report;
+struct ViewArguments : SceneArguments {
   std::string record, out;
 };
 
@@ -443,7 +438,8 @@ void with_scene(const ViewArguments& options,
   use(scene, scenes[0]);
 }
 
-void run_view(ViewArguments options) {
+void run_view(const ViewArguments& given) {
+  auto options = given;
   if (options.scene.file.empty()) options.scene.file = demo_scene();
   if (!options.record.empty() && options.out.empty())
     throw InputError("--record needs -o, the folder of its pictures");
@@ -464,7 +460,7 @@ void add_view(CLI::App& app) {
   auto* command = add_command(app, section::look, "view",
                               "Turn a scene in a window, and see what its hologram shows",
                               "build/raywave view data/teapot.toml --preset draft");
-  auto options = std::make_shared<ViewArguments>();
+  const auto options = arguments_of(*command, run_view);
   options->scene.add_to(*command, "Scene file (TOML); the teapot when not given");
   options->goal.add_to(*command);
   options->device.add_to(*command);
@@ -473,7 +469,6 @@ void add_view(CLI::App& app) {
          "eye, part, hologram, lens, stops, preset, refined and repeat");
   add_output(*command, options->out, "saved pictures; the folder where it runs when not given");
   options->report.add_to(*command, "the pictures of --record");
-  command->callback([options] { run_view(*options); });
 }
 
 }  // namespace raywave::cli

@@ -7,8 +7,7 @@
 #include <unistd.h>
 
 #include <algorithm>
-#include <array>
-#include <cstdio>
+#include <cinttypes>
 #include <cstring>
 #include <fstream>
 #include <iterator>
@@ -17,6 +16,7 @@
 #include "host/common/environment.hpp"
 #include "host/common/error.hpp"
 #include "host/common/output.hpp"
+#include "host/common/text.hpp"
 
 namespace raywave {
 namespace fs = std::filesystem;
@@ -65,10 +65,7 @@ std::string Digest::text() const {
   auto whole = *this;
   whole.mix(begun_);
   whole.mix(size_);
-  std::array<char, 33> hex;
-  std::snprintf(hex.data(), hex.size(), "%016llx%016llx", static_cast<unsigned long long>(whole.a_),
-                static_cast<unsigned long long>(whole.b_));
-  return hex.data();
+  return format("%016" PRIx64 "%016" PRIx64, whole.a_, whole.b_);
 }
 
 std::string hash_name(std::string_view text) {

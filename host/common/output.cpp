@@ -98,15 +98,10 @@ private:
 
 /// ".hologram.1234-0.tmp.png"
 fs::path temporary_beside(const fs::path& file) {
-  static std::atomic<unsigned> count{0};          // for several files at a time in one process
-  std::string name = "." + file.stem().string();  // no pattern of files finds it
-  name.append(".")
-      .append(std::to_string(getpid()))
-      .append("-")
-      .append(std::to_string(count++))
-      .append(".tmp");
-  name.append(file.extension().string());
-  return file.parent_path() / name;
+  static std::atomic<unsigned> count{0};  // for several files at a time in one process
+  // No pattern of files finds it
+  return file.parent_path() / ("." + file.stem().string() + "." + std::to_string(getpid()) + "-" +
+                               std::to_string(count++) + ".tmp" + file.extension().string());
 }
 
 /// True for names that temporary_beside makes.

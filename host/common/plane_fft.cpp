@@ -68,8 +68,6 @@ std::string exported_wisdom() {
   return text ? text.get() : "";
 }
 
-using Sample = std::complex<float>;
-
 /// to[c][r] = from[r][c], in blocks of 8 x 8 samples, so that each cache line is read and written
 /// once. Rows of the field lie too far apart for the processor's prefetcher.
 [[gnu::always_inline]] inline void transpose(const Sample* from, std::size_t from_pitch,
@@ -127,8 +125,6 @@ void transpose_any(const Sample* from, std::size_t from_pitch, std::size_t rows,
   transpose(from, from_pitch, rows, columns, to, to_pitch);
 }
 #endif
-
-using Sample = std::complex<float>;
 
 constexpr std::size_t tile_width = 16;  // columns that are transposed together: two cache lines
 // Samples per thread below which waking it does not pay

@@ -103,8 +103,7 @@ public:
     return seconds / part * (steps - start_->done);
   }
   std::optional<double> add(double done, double steps) {
-    const std::chrono::duration<double> now = std::chrono::steady_clock::now().time_since_epoch();
-    return add(done, steps, now.count());
+    return add(done, steps, Seconds::now().wall);
   }
 
 private:

@@ -4,21 +4,16 @@
 #include "host/common/error.hpp"
 
 #ifdef RAYWAVE_SDL2
-#define SDL_MAIN_HANDLED
-#include <SDL.h>
-
 #include <algorithm>
 #include <cctype>
 #include <chrono>
-#include <functional>
 #include <glm/common.hpp>
 #include <optional>
 #include <thread>
-#include <type_traits>
 #include <utility>
 
 #include "host/display/display.hpp"
-#include "host/display/loaded.hpp"
+#include "host/display/sdl.hpp"
 #endif
 
 namespace raywave {
@@ -26,34 +21,10 @@ namespace raywave {
 #ifdef RAYWAVE_SDL2
 namespace {
 
-#define RAYWAVE_SDL_FUNCTIONS(use)                                                                 \
-  use(SDL_SetMainReady) use(SDL_SetHint) use(SDL_InitSubSystem) use(SDL_QuitSubSystem)             \
-      use(SDL_GetError) use(SDL_GetCurrentVideoDriver) use(SDL_CreateWindow)                       \
-          use(SDL_DestroyWindow) use(SDL_SetWindowTitle) use(SDL_GetWindowSize) use(SDL_PollEvent) \
-              use(SDL_GetModState) use(SDL_GetKeyName) use(SDL_CreateRenderer)                     \
-                  use(SDL_DestroyRenderer) use(SDL_CreateTexture) use(SDL_DestroyTexture)          \
-                      use(SDL_UpdateTexture) use(SDL_RenderClear) use(SDL_RenderCopy)              \
-                          use(SDL_RenderPresent)
-
-struct Sdl {
-#define RAYWAVE_MEMBER(name) std::function<std::remove_pointer_t<decltype(&::name)>> name;
-  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_MEMBER)
-#undef RAYWAVE_MEMBER
-};
-
 class SdlViewerWindow : public ViewerWindow {
 public:
-  SdlViewerWindow(Sdl sdl, glm::ivec2 size_px, FillPanel fill)
-      : sdl_(std::move(sdl)), fill_(std::move(fill)) {
-    sdl_.SDL_SetMainReady();
-    sdl_.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
+  SdlViewerWindow(glm::ivec2 size_px, FillPanel fill) : fill_(std::move(fill)) {
     sdl_.SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "1");
-    const bool has_begun = sdl_.SDL_InitSubSystem(SDL_INIT_VIDEO) == 0;
-    const std::string driver(has_begun ? sdl_.SDL_GetCurrentVideoDriver() : "");
-    if (!has_begun || driver == "dummy" || driver == "offscreen")
-      throw DeviceError("no window can be opened: " +
-                        std::string(has_begun ? "there is no desktop" : sdl_.SDL_GetError()) +
-                        "; --record writes pictures without one");
     constexpr int panel_px = SidePanel::width_px;
     window_ = sdl_.SDL_CreateWindow("raywave view", SDL_WINDOWPOS_UNDEFINED,
                                     SDL_WINDOWPOS_UNDEFINED, panel_px + size_px.x,
@@ -156,7 +127,7 @@ private:
     return action;
   }
 
-  Sdl sdl_;
+  Sdl sdl_{"--record writes pictures without one"};
   SDL_Window* window_ = nullptr;
   SDL_Renderer* renderer_ = nullptr;
   SDL_Texture* texture_ = nullptr;
@@ -171,12 +142,7 @@ private:
 }  // namespace
 
 std::unique_ptr<ViewerWindow> viewer_window(glm::ivec2 size_px, FillPanel fill) {
-  const LoadedLibrary library("libSDL2-2.0.so.0", "libsdl2-2.0-0");
-  Sdl sdl;
-#define RAYWAVE_FIND(name) library.find(#name, sdl.name);
-  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_FIND)
-#undef RAYWAVE_FIND
-  return std::make_unique<SdlViewerWindow>(std::move(sdl), size_px, std::move(fill));
+  return std::make_unique<SdlViewerWindow>(size_px, std::move(fill));
 }
 
 #else

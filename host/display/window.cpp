@@ -3,46 +3,22 @@
 #include "host/display/display.hpp"
 
 #ifdef RAYWAVE_SDL2
-#define SDL_MAIN_HANDLED
-#include <SDL.h>
-
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <filesystem>
 #include <fstream>
 #include <iterator>
-#include <type_traits>
 #include <utility>
 
 #include "host/common/text.hpp"
-#include "host/display/loaded.hpp"
+#include "host/display/sdl.hpp"
 #endif
 
 namespace raywave {
 
 #ifdef RAYWAVE_SDL2
 namespace {
-
-#define RAYWAVE_SDL_FUNCTIONS(use)                                                                \
-  use(SDL_SetMainReady) use(SDL_SetHint) use(SDL_InitSubSystem) use(SDL_QuitSubSystem)            \
-      use(SDL_GetError) use(SDL_GetCurrentVideoDriver) use(SDL_GetNumVideoDisplays)               \
-          use(SDL_GetDisplayName) use(SDL_GetDisplayBounds) use(SDL_GetDesktopDisplayMode)        \
-              use(SDL_CreateWindow) use(SDL_DestroyWindow) use(SDL_GetWindowDisplayIndex)         \
-                  use(SDL_ShowCursor) use(SDL_PollEvent) use(SDL_CreateRenderer)                  \
-                      use(SDL_DestroyRenderer) use(SDL_GetRendererInfo)                           \
-                          use(SDL_GetRendererOutputSize) use(SDL_CreateTexture)                   \
-                              use(SDL_DestroyTexture) use(SDL_SetTextureBlendMode)                \
-                                  use(SDL_UpdateTexture) use(SDL_RenderCopy) use(SDL_RenderClear) \
-                                      use(SDL_SetRenderDrawColor) use(SDL_RenderReadPixels)       \
-                                          use(SDL_RenderPresent)
-
-struct Sdl {
-#define RAYWAVE_MEMBER(name) std::function<std::remove_pointer_t<decltype(&::name)>> name;
-  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_MEMBER)
-#undef RAYWAVE_MEMBER
-};
 
 constexpr double usual_rate_hz = 60;
 
@@ -63,18 +39,9 @@ std::optional<Edid> edid_named(const std::string& name) {
 
 class WindowDisplay : public Display {
 public:
-  explicit WindowDisplay(Sdl sdl) : sdl_(std::move(sdl)) {
-    sdl_.SDL_SetMainReady();
-    sdl_.SDL_SetHint(SDL_HINT_NO_SIGNAL_HANDLERS, "1");
+  WindowDisplay() {
     sdl_.SDL_SetHint(SDL_HINT_RENDER_SCALE_QUALITY, "0");
     sdl_.SDL_SetHint(SDL_HINT_VIDEO_MINIMIZE_ON_FOCUS_LOSS, "0");
-    const bool has_begun = sdl_.SDL_InitSubSystem(SDL_INIT_VIDEO) == 0;
-    const std::string driver(has_begun ? sdl_.SDL_GetCurrentVideoDriver() : "");
-    // Where there is no desktop, SDL draws for nobody
-    if (!has_begun || driver == "dummy" || driver == "offscreen")
-      throw DeviceError("no window can be opened: " +
-                        std::string(has_begun ? "there is no desktop" : sdl_.SDL_GetError()) +
-                        "; give --backend kms");
   }
   ~WindowDisplay() override {
     close();
@@ -104,7 +71,7 @@ private:
   }
   double period_s() const { return 1 / output_.rate_hz; }
 
-  Sdl sdl_;
+  Sdl sdl_{"give --backend kms"};
   SDL_Window* window_ = nullptr;
   SDL_Renderer* renderer_ = nullptr;
   SDL_Texture* texture_ = nullptr;
@@ -308,14 +275,7 @@ Json WindowDisplay::describe() const {
 
 }  // namespace
 
-std::unique_ptr<Display> window_display() {
-  const LoadedLibrary library("libSDL2-2.0.so.0", "libsdl2-2.0-0");
-  Sdl sdl;
-#define RAYWAVE_FIND(name) library.find(#name, sdl.name);
-  RAYWAVE_SDL_FUNCTIONS(RAYWAVE_FIND)
-#undef RAYWAVE_FIND
-  return std::make_unique<WindowDisplay>(std::move(sdl));
-}
+std::unique_ptr<Display> window_display() { return std::make_unique<WindowDisplay>(); }
 
 #else
 

@@ -8,6 +8,7 @@
 #include "host/common/error.hpp"
 #include "host/encode/shown.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave {
 namespace {
@@ -17,8 +18,6 @@ constexpr std::size_t most_samples = 16384;
 
 /// Distance of the samples that a quantile is taken from: odd, so that no column is preferred.
 std::size_t stride_of(std::size_t size) { return (size / most_samples) | 1; }
-
-std::size_t count_of(std::size_t size) { return (size + stride_of(size) - 1) / stride_of(size); }
 
 cl::Options options_of(const cl::Device& device, const Panel& panel) {
   const auto& slm = panel.slm();
@@ -50,20 +49,8 @@ Encoder::Encoder(const cl::Device& device, std::shared_ptr<const Panel> panel)
     to.table = {device, std::max<std::size_t>(1, levels.size()), "levels by phase"};
     if (!levels.empty()) to.table.write(std::vector<Level>(levels.begin(), levels.end()));
   };
-  if (panel_->slm().bits > 8)
-    fill(words_);
-  else
-    fill(bytes_);
-}
-
-template <>
-Encoder::LevelBuffers<std::uint8_t>& Encoder::level_buffers_of() {
-  return bytes_;
-}
-
-template <>
-Encoder::LevelBuffers<std::uint16_t>& Encoder::level_buffers_of() {
-  return words_;
+  auto& [bytes, words] = level_buffers_;
+  panel_->slm().bits > 8 ? fill(words) : fill(bytes);
 }
 
 void Encoder::set_part(std::shared_ptr<const Panel> part) {
@@ -82,17 +69,16 @@ double Encoder::clip_of_amplitudes(std::vector<float> amplitudes) {
   // Where much of the hologram is dark, as of a picture near it, lit pixels count alone
   constexpr float least_lit = 0.02f;
   constexpr double much = 0.2;
-  const float dark = least_lit * *std::max_element(amplitudes.begin(), amplitudes.end());
+  const float dark = least_lit * *std::ranges::max_element(amplitudes);
   const auto is_dark = [dark](float a) { return a <= dark; };
   const auto share_of = [&](auto count) {
     return static_cast<double>(count) / static_cast<double>(amplitudes.size());
   };
-  const double dark_share = share_of(std::count_if(amplitudes.begin(), amplitudes.end(), is_dark));
+  const double dark_share = share_of(std::ranges::count_if(amplitudes, is_dark));
   // Around a picture that is gathered at the hologram, where most pixels get no light at all
   constexpr double none = 0.05;
   constexpr float least_phase = 0.06f;
-  least_lit_ =
-      share_of(std::count(amplitudes.begin(), amplitudes.end(), 0.0f)) > none ? least_phase : 0;
+  least_lit_ = share_of(std::ranges::count(amplitudes, 0.0f)) > none ? least_phase : 0;
   const auto first = dark_share > much && dark_share < 1
                          ? std::partition(amplitudes.begin(), amplitudes.end(), is_dark)
                          : amplitudes.begin();
@@ -120,16 +106,14 @@ cl::Program& Encoder::program_of(const TileField& field) {
 double Encoder::clip_of(const TileField& field) {
   if (!needs_clip()) return 1;
   const auto& plane = field.transformed;
-  const auto pixels =
-      plane ? static_cast<std::size_t>(plane->size.x) * static_cast<std::size_t>(plane->size.y)
-            : field.samples->size();
-  const auto count = count_of(pixels);
+  const auto pixels = plane ? area_of(plane->size) : field.samples->size();
+  const auto stride = stride_of(pixels), count = (pixels + stride - 1) / stride;
   if (amplitudes_.size() != count) amplitudes_ = {device_, count, "amplitudes"};
   if (knows_beam()) upload({{0, 0}, panel_->size_px()});
   auto kernel = program_of(field).kernel("sample_amplitudes");
   const auto run = [&](const auto& source, int width) {
-    kernel.run({count}, {64}, source, width, beam_, amplitudes_,
-               static_cast<std::uint32_t>(stride_of(pixels)), static_cast<std::uint32_t>(count));
+    kernel.run({count}, {64}, source, width, beam_, amplitudes_, static_cast<std::uint32_t>(stride),
+               static_cast<std::uint32_t>(count));
   };
   plane ? run(plane->arguments(), plane->size.x) : run(*field.samples, 1);
   return clip_of_amplitudes(amplitudes_.read());
@@ -173,11 +157,9 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
                                             double clip, std::size_t buffer) {
   require_level_bytes(panel_->slm(), sizeof(Level));
   upload(window);
-  auto& buffers_of_type = level_buffers_of<Level>();
-  const auto& table = buffers_of_type.table;
-  auto& levels = buffers_of_type.levels.at(buffer);
-  const auto pixels =
-      static_cast<std::size_t>(window.size.x) * static_cast<std::size_t>(window.size.y);
+  auto& [table, all_levels] = std::get<LevelBuffers<Level>>(level_buffers_);
+  auto& levels = all_levels.at(buffer);
+  const auto pixels = area_of(window.size);
   if (levels.size() != pixels) levels = {device_, pixels, "hologram levels"};
   const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
   const auto lanes = static_cast<std::size_t>(device_.info().float_lanes);
@@ -208,9 +190,8 @@ std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encode
                                        const FieldStack& field) {
   const auto size = encoder.panel().size_px();
   if (field.nx != size.x || field.ny != size.y)
-    throw InputError("encode: the field has " + std::to_string(field.nx) + " x " +
-                     std::to_string(field.ny) + " samples, the SLM " + std::to_string(size.x) +
-                     " x " + std::to_string(size.y) + " pixels");
+    throw InputError("encode: the field has " + extent_text({field.nx, field.ny}) +
+                     " samples, the SLM " + extent_text(size) + " pixels");
   // In strips of rows, so that memory for one is enough
   constexpr std::size_t most_pixels = std::size_t{1} << 18;
   const auto strip_pixels = std::min<std::size_t>(

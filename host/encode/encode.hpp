@@ -8,6 +8,7 @@
 #include <memory>
 #include <optional>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "cl/program.hpp"
@@ -70,8 +71,6 @@ private:
     cl::Buffer<Level> table;
     std::array<cl::Buffer<Level>, level_buffers> levels;
   };
-  template <class Level>
-  LevelBuffers<Level>& level_buffers_of();
 
   /// The kernels for such a field.
   cl::Program& program_of(const TileField& field);
@@ -90,8 +89,8 @@ private:
   std::optional<double> clip_of_all_;
   double own_clip_ = 0;
   float least_lit_ = 0;  // over the clip: darker pixels have no phase of their own
-  LevelBuffers<std::uint8_t> bytes_;
-  LevelBuffers<std::uint16_t> words_;  // where levels have more than 8 bits
+  // The latter where levels have more than 8 bits
+  std::tuple<LevelBuffers<std::uint8_t>, LevelBuffers<std::uint16_t>> level_buffers_;
 };
 
 /// The levels of holograms that the host holds, one picture per frame.

@@ -9,13 +9,6 @@
 #include "host/common/threads.hpp"
 
 namespace raywave {
-namespace {
-
-std::size_t pixels_of(glm::ivec2 size) {
-  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
-}
-
-}  // namespace
 
 void brighten(std::span<std::complex<float>> field, double radiance_unit, const Plan& plan) {
   const double factor = std::sqrt(radiance_unit) * amplitude_unit_m(plan);
@@ -56,12 +49,12 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip,
   }
   encoder_->show_up_to(clip);
   const auto frames = static_cast<std::size_t>(plan.hologram.frames);
-  levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end() ? 0 : pixels_of(size)));
+  levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end() ? 0 : area_of(size)));
   field = {};
   needs_field_ = keep_field_ || encodes_at_end();
   if (needs_field_)
     field = {size.x, size.y, plan.hologram.frames,
-             std::vector<std::complex<float>>(frames * pixels_of(size))};
+             std::vector<std::complex<float>>(frames * area_of(size))};
 }
 
 template <class T>
@@ -93,12 +86,8 @@ PixelWindow EncodeStage::window_of(std::size_t tile) const {
 void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
   if (!encodes_whole(*plan_) || tile_)
     encode_window(at_hologram, window_of(tile), static_cast<std::size_t>(frame));
-  keep(at_hologram, tile, frame);
-}
-
-void EncodeStage::keep(const TileField& at_hologram, std::size_t tile, int frame) {
   if (!needs_field_) return;
-  const auto pixels = pixels_of(panel_->size_px());
+  const auto pixels = area_of(panel_->size_px());
   start_reading(*at_hologram.samples, window_of(tile),
                 std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
       .wait();
@@ -130,12 +119,12 @@ void EncodeStage::finish(double radiance_unit) {
 
 bool EncodeStage::looks_dark() const {
   if (needs_field_)
-    return std::all_of(field.samples.begin(), field.samples.end(),
-                       [](const auto& sample) { return sample == std::complex<float>(); });
+    return std::ranges::all_of(field.samples,
+                               [](const auto& sample) { return sample == std::complex<float>(); });
   if (encoder_->needs_clip()) return !has_light_;
   // Darkness has one phase, but for what the SLM adds to it
-  return std::all_of(levels.begin(), levels.end(), [](const auto& frame) {
-    return std::adjacent_find(frame.begin(), frame.end(), std::not_equal_to<>()) == frame.end();
+  return std::ranges::all_of(levels, [](const auto& frame) {
+    return std::ranges::adjacent_find(frame, std::not_equal_to<>()) == frame.end();
   });
 }
 

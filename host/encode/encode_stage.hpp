@@ -39,7 +39,8 @@ public:
   void prepare(const Plan& plan, std::optional<double> clip = {},
                std::optional<std::size_t> tile = {});
 
-  /// Encodes the field of one tile of one frame and begins to copy it.
+  /// Encodes the field of one tile of one frame and begins to copy it; keeps the field where it is
+  /// asked for.
   ///
   /// field  a transform only where `encodes_transforms` says so
   void run(const TileField& field, std::size_t tile, int frame);
@@ -66,8 +67,6 @@ private:
   bool encodes_at_end() const { return encodes_whole(*plan_) && !plan_->refine && !tile_; }
   /// Where a tile lies in the results.
   PixelWindow window_of(std::size_t tile) const;
-  /// Keeps the field of a tile of a frame where it is asked for.
-  void keep(const TileField& field, std::size_t tile, int frame);
   /// Encodes a window of a frame and begins to copy it.
   void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
   /// Begins to copy the pixels of a window to their places in the hologram.

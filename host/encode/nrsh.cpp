@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/encode/nrsh.hpp"
 
-#include <sstream>
 #include <utility>
 
 #include "host/common/text.hpp"

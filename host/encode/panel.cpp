@@ -3,8 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numbers>
-#include <numeric>
 #include <string>
 #include <utility>
 
@@ -127,9 +125,8 @@ void Panel::make_levels() {
       const auto away = [&](int level) {
         return std::abs(values_.shown[static_cast<std::size_t>(level)] - wanted);
       };
-      level_table_.push_back(static_cast<std::uint16_t>(
-          *std::min_element(values_.used.begin(), values_.used.end(),
-                            [&](int a, int b) { return away(a) < away(b); })));
+      level_table_.push_back(static_cast<std::uint16_t>(*std::ranges::min_element(
+          values_.used, [&](int a, int b) { return away(a) < away(b); })));
     } else {
       const double steps = slm_.levels;
       const double wanted = slm_.levels == grey_levels
@@ -139,8 +136,6 @@ void Panel::make_levels() {
     }
   }
 }
-
-glm::dvec2 Panel::own_carrier() const { return own_carrier_of(slm_.encoding); }
 
 double Panel::light_turns(int x, int y) const {
   const auto of_whole = glm::ivec2(x, y) + part_.first_px;

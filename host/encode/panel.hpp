@@ -47,7 +47,7 @@ public:
 
   /// The carrier that the picture stands on beside the one that is added, in cycles per pixel:
   /// Burckhardt's encoding brings its own.
-  glm::dvec2 own_carrier() const;
+  glm::dvec2 own_carrier() const { return own_carrier_of(slm_.encoding); }
 
   /// Light of a pixel with this level, relative to the light that falls on it: of modulus 1 for
   /// phases, unless the LUT knows amplitudes, real for amplitudes. Neighbours and what is

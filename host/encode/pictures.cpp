@@ -3,8 +3,8 @@
 
 #include <algorithm>
 #include <array>
+#include <functional>
 #include <set>
-#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
@@ -13,55 +13,30 @@
 namespace raywave {
 namespace {
 
-constexpr std::array<std::pair<const char*, PictureFormat>, 12> formats{
-    {{"png", PictureFormat::png},
-     {"png16", PictureFormat::png16},
-     {"bmp", PictureFormat::bmp},
-     {"tiff", PictureFormat::tiff},
-     {"exr", PictureFormat::exr},
-     {"npy", PictureFormat::npy},
-     {"mat", PictureFormat::mat},
-     {"rgb-24x1", PictureFormat::rgb_24x1},
-     {"rgb-12x2", PictureFormat::rgb_12x2},
-     {"rgb-8x3", PictureFormat::rgb_8x3},
-     {"rgb-6x4", PictureFormat::rgb_6x4},
-     {"red-blue", PictureFormat::red_blue}}};
+/// A row of each PictureFormat, in their order.
+struct Format {
+  const char* name;
+  const char* extension = ".png";
+  int packed_bits = 0;  // of a frame in a RGB picture; 0: not packed
+};
+constexpr std::array<Format, 12> formats{{{"png"},
+                                          {"png16"},
+                                          {"bmp", ".bmp"},
+                                          {"tiff", ".tif"},
+                                          {"exr", ".exr"},
+                                          {"npy", ".npy"},
+                                          {"mat", ".mat"},
+                                          {"rgb-24x1", ".png", 1},
+                                          {"rgb-12x2", ".png", 2},
+                                          {"rgb-8x3", ".png", 3},
+                                          {"rgb-6x4", ".png", 4},
+                                          {"red-blue"}}};
+static_assert(static_cast<std::size_t>(PictureFormat::red_blue) + 1 == formats.size());
 
-/// Bits of a frame in a RGB picture; 0: not packed.
-int packed_bits(PictureFormat format) {
-  switch (format) {
-    case PictureFormat::rgb_24x1:
-      return 1;
-    case PictureFormat::rgb_12x2:
-      return 2;
-    case PictureFormat::rgb_8x3:
-      return 3;
-    case PictureFormat::rgb_6x4:
-      return 4;
-    default:
-      return 0;
-  }
-}
-
-const char* extension_of(PictureFormat format) {
-  switch (format) {
-    case PictureFormat::bmp:
-      return ".bmp";
-    case PictureFormat::tiff:
-      return ".tif";
-    case PictureFormat::exr:
-      return ".exr";
-    case PictureFormat::npy:
-      return ".npy";
-    case PictureFormat::mat:
-      return ".mat";
-    default:
-      return ".png";
-  }
-}
+const Format& row_of(PictureFormat format) { return formats[static_cast<std::size_t>(format)]; }
 
 std::string name_of_file(const std::string& stem, std::size_t number, PictureFormat format) {
-  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + extension_of(format);
+  return stem + (number == 0 ? "" : "_" + std::to_string(number + 1)) + row_of(format).extension;
 }
 
 /// The levels that an encoder sends, from the lowest on; empty where it sends all.
@@ -74,7 +49,7 @@ std::vector<std::uint16_t> sent_levels(const Panel& panel) {
 /// RGB pictures of 24 / bits frames each; frames that are missing from the last one are 0.
 std::vector<std::vector<std::uint8_t>> packed(const Panel& panel, PictureFormat format,
                                               const std::vector<LevelPicture>& frames) {
-  const int bits = packed_bits(format);
+  const int bits = row_of(format).packed_bits;
   const auto sent = sent_levels(panel);
   const std::size_t most = std::size_t{1} << bits;
   if (sent.empty() || sent.size() > most)
@@ -138,14 +113,13 @@ std::vector<std::uint8_t> as_red_and_blue(const std::vector<Level>& levels) {
 
 std::string picture_format_names() {
   std::string names;
-  for (const auto& [name, format] : formats)
-    names += (names.empty() ? "" : "|") + std::string(name);
+  for (const auto& format : formats) names += (names.empty() ? "" : "|") + std::string(format.name);
   return names;
 }
 
 PictureFormat picture_format_of(const std::string& name) {
-  for (const auto& [known, format] : formats)
-    if (name == known) return format;
+  for (std::size_t i = 0; i < formats.size(); ++i)
+    if (name == formats[i].name) return static_cast<PictureFormat>(i);
   if (name == "rgb-8x4")
     throw InputError(
         "--format rgb-8x4: 8 frames of 4 bits take 32 bits, and a RGB picture has 24; there are "
@@ -156,19 +130,16 @@ PictureFormat picture_format_of(const std::string& name) {
 }
 
 int frames_each(PictureFormat format) {
-  const int bits = packed_bits(format);
+  const int bits = row_of(format).packed_bits;
   return bits > 0 ? 24 / bits : 1;
 }
 
-const char* name_of(PictureFormat format) {
-  return formats[static_cast<std::size_t>(format)].first;
-}
+const char* name_of(PictureFormat format) { return row_of(format).name; }
 
 std::vector<std::uint8_t> packed_rgb(const std::array<LevelPicture, 3>& pictures,
                                      const std::array<double, 3>& wavelengths_m) {
   std::array<std::size_t, 3> order{0, 1, 2};
-  std::sort(order.begin(), order.end(),
-            [&](std::size_t a, std::size_t b) { return wavelengths_m[a] > wavelengths_m[b]; });
+  std::ranges::sort(order, std::greater<>(), [&](std::size_t i) { return wavelengths_m[i]; });
   std::vector<std::uint8_t> pixels;
   for (std::size_t at = 0; at < pictures[0].levels.size(); ++at)
     for (const auto laser : order) pixels.push_back(pictures[laser].levels[at]);
@@ -213,7 +184,7 @@ std::vector<std::string> save_pictures(const std::filesystem::path& folder, cons
     for (const auto& frame : frames)
       save_picture(next_file(), size.x, size.y, as_red_and_blue(frame.levels));
   } else if constexpr (sizeof(Level) == 1) {
-    if (packed_bits(format) > 0) {
+    if (row_of(format).packed_bits > 0) {
       for (const auto& picture : packed(panel, format, frames))
         save_picture(next_file(), size.x, size.y, picture);
     } else {

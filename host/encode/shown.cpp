@@ -10,6 +10,7 @@
 #include "host/common/error.hpp"
 #include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave {
 namespace {
@@ -124,8 +125,8 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
   field.samples.resize(pixels * levels.size());
   for (std::size_t frame = 0; frame < levels.size(); ++frame) {
     if (levels[frame].size() != pixels)
-      throw InputError("the SLM has " + std::to_string(size.x) + " x " + std::to_string(size.y) +
-                       " pixels, a picture for it " + std::to_string(levels[frame].size()));
+      throw InputError("the SLM has " + extent_text(size) + " pixels, a picture for it " +
+                       std::to_string(levels[frame].size()));
     const auto plane = std::span(field.samples).subspan(frame * pixels, pixels);
     auto& threads = cl::Threads::shared();
     const auto light_turns = [&](std::size_t i) {

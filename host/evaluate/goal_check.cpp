@@ -14,16 +14,6 @@ namespace {
 constexpr double pixels_in_blur = 3;
 constexpr int lens_points = 4;
 
-/// The laser that goals are planned for: the longest wavelength.
-std::size_t judged_laser(const std::vector<Scene>& scenes) {
-  return static_cast<std::size_t>(std::max_element(scenes.begin(), scenes.end(),
-                                                   [](const Scene& a, const Scene& b) {
-                                                     return a.hologram.wavelength_m <
-                                                            b.hologram.wavelength_m;
-                                                   }) -
-                                  scenes.begin());
-}
-
 std::vector<Scene> scenes_of(const std::vector<Planned>& planned) {
   std::vector<Scene> scenes;
   for (const auto& laser : planned) scenes.push_back(laser.scene);
@@ -71,15 +61,14 @@ double picture_s(const Rendered& rendered) {
   double sum_s = 0;
   for (const auto& laser : rendered.lasers)
     for (const auto* stage : {"samples", "trace", "propagate", "refine", "encode"})
-      if (const auto took = laser.seconds.find(stage); took != laser.seconds.end())
-        sum_s += took->second;
+      sum_s += seconds_of(laser.seconds, stage);
   return sum_s;
 }
 
 std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& planned,
                                   const Rendered& rendered) {
   if (!goal.any() || planned.empty()) return {};
-  const auto& prediction = planned[judged_laser(scenes_of(planned))].prediction;
+  const auto& prediction = planned[planned_laser(scenes_of(planned))].prediction;
   if (!prediction.pictures || prediction.pictures->dark) return {};
   return GoalCheck{.goal = goal,
                    .predicted_db = prediction.pictures->mean_psnr_db,
@@ -90,7 +79,7 @@ std::optional<GoalCheck> promised(const Goal& goal, const std::vector<Planned>& 
 
 void measure_judged(const cl::Device& device, const std::vector<Scene>& scenes, const World& world,
                     const Rendered& rendered, const RenderOptions& how, GoalCheck& check) {
-  const auto laser = judged_laser(scenes);
+  const auto laser = planned_laser(scenes);
   const auto& scene = scenes[laser];
   const auto& pitch_m = scene.hologram.pitch_m;
   QualitySpec what;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <functional>
 #include <numbers>
 #include <sstream>
 
@@ -40,8 +41,7 @@ void add_found_text(const FoundMaterials& found, Rows& out) {
   constexpr std::size_t most = 16;
   std::vector<const FoundMaterials::Found*> sorted;
   for (const auto& one : found.materials) sorted.push_back(&one);
-  std::stable_sort(sorted.begin(), sorted.end(),
-                   [](const auto* a, const auto* b) { return a->triangles > b->triangles; });
+  std::ranges::stable_sort(sorted, std::greater<>(), &FoundMaterials::Found::triangles);
   for (std::size_t i = 0; i < std::min(sorted.size(), most); ++i) {
     out << "          " << in_quotes(sorted[i]->name) << " on " << sorted[i]->triangles
         << " triangles: " << sorted[i]->description << "\n";
@@ -121,8 +121,7 @@ void add_objects(const Scene& scene, const World& world, Rows& out) {
   const auto behind = shares_from_behind(world);
   for (std::size_t i = 0; i < scene.objects.size(); ++i) {
     const auto& object = scene.objects[i];
-    const auto count = std::count(world.triangle_object.begin(), world.triangle_object.end(),
-                                  static_cast<std::int32_t>(i));
+    const auto count = std::ranges::count(world.triangle_object, static_cast<std::int32_t>(i));
     out << "object    " << object.mesh.filename().string() << ": " << count << " triangles, "
         << (world.object_closed[i] ? "closed"
             : behind[i] > mostly   ? "open, seen from behind"
@@ -145,7 +144,7 @@ void add_objects(const Scene& scene, const World& world, Rows& out) {
 
 void add_scene(const Scene& scene, const World& world, const Plan& plan, Rows& out) {
   const glm::dvec3 extent = world.max_m - world.min_m;
-  if (std::any_of(scene.lights.begin(), scene.lights.end(), has_size))
+  if (std::ranges::any_of(scene.lights, has_size))
     out << "lights    looked for in "
         << directions_of(scene.lights, [](const Light&) { return true; })
         << " directions from every place of a surface, highlights in "
@@ -202,8 +201,8 @@ void add_planes(const Plan& plan, Rows& out) {
         << plan.tiling.tile_size.x << " x " << plan.tiling.tile_size.y
         << " pixels, one after another\n";
   for (const auto& layer : plan.layers) {
-    const auto lit = std::count_if(plan.wrps.begin(), plan.wrps.end(),
-                                   [&](const Wrp& w) { return &plan.layer_of(w) == &layer; });
+    const auto lit =
+        std::ranges::count_if(plan.wrps, [&](const Wrp& w) { return &plan.layer_of(w) == &layer; });
     if (is_near_hologram(plan)) {
       out << "gathered  at the hologram itself, each sample where its light is no steeper than the "
              "pixels show\n";
@@ -400,7 +399,7 @@ void add_lasers(const std::vector<Planned>& planned, const World& world, Rows& o
         << sides_text(field_m(scene.hologram, scene.hologram.wavelength_m, middle_m)) << " at "
         << length_text(middle_m) << "\n";
   }
-  const auto shortest = *std::min_element(lasers.wavelengths_m.begin(), lasers.wavelengths_m.end());
+  const auto shortest = *std::ranges::min_element(lasers.wavelengths_m);
   out << "field     " << sides_text(field_m(scenes[0].hologram, shortest, middle_m))
       << " that the whole hologram shows with all lasers\n";
   out << "time      " << number_text(std::round(100 * seconds) / 100)
@@ -421,9 +420,8 @@ std::string plan_report_text(const std::vector<Planned>& planned, const World& w
   std::vector<std::vector<std::string>> rows;
   for (const auto& plan : planned) rows.push_back(rows_of(plan, world));
   const auto is_common = [&](const std::string& row) {
-    return std::all_of(rows.begin(), rows.end(), [&](const auto& one) {
-      return std::find(one.begin(), one.end(), row) != one.end();
-    });
+    return std::ranges::all_of(
+        rows, [&](const auto& one) { return std::ranges::find(one, row) != one.end(); });
   };
   out << "\n--- all lasers\n";
   for (const auto& row : rows[0])

@@ -57,7 +57,7 @@ Image brightness_of(const ImageList& channels) {
 
 /// Mean of the hologram where the lens sees nothing, in units of the lens's brightest pixel.
 std::optional<double> haze_of(const Image& lens, const Image& hologram, double scale) {
-  const float brightest = *std::max_element(lens.pixels.begin(), lens.pixels.end());
+  const float brightest = *std::ranges::max_element(lens.pixels);
   double sum = 0, count = 0;
   for (std::size_t i = 0; i < lens.pixels.size(); ++i) {
     if (lens.pixels[i] > brightest / 1000) continue;

@@ -19,7 +19,7 @@ namespace {
 std::vector<bool> even_part(const Image& picture) {
   constexpr int reach = 4;
   const int nx = picture.width, ny = picture.height;
-  const float peak = *std::max_element(picture.pixels.begin(), picture.pixels.end());
+  const float peak = *std::ranges::max_element(picture.pixels);
   // Minima and maxima along rows, then along columns
   const auto extremes = [&](const std::vector<float>& from, int step, int count, int place,
                             std::size_t at, bool largest) {
@@ -31,21 +31,17 @@ std::vector<bool> even_part(const Image& picture) {
     return value;
   };
   std::vector<float> low(picture.pixels.size()), high(picture.pixels.size());
-  for (int y = 0; y < ny; ++y) {
-    for (int x = 0; x < nx; ++x) {
-      const std::size_t at = std::size_t{1} * y * nx + x;
-      low[at] = extremes(picture.pixels, 1, nx, x, at, false);
-      high[at] = extremes(picture.pixels, 1, nx, x, at, true);
-    }
+  for (std::size_t at = 0; at < low.size(); ++at) {
+    const int x = static_cast<int>(at) % nx;
+    low[at] = extremes(picture.pixels, 1, nx, x, at, false);
+    high[at] = extremes(picture.pixels, 1, nx, x, at, true);
   }
   std::vector<bool> even(picture.pixels.size());
-  for (int y = 0; y < ny; ++y) {
-    for (int x = 0; x < nx; ++x) {
-      const std::size_t at = std::size_t{1} * y * nx + x;
-      even[at] =
-          picture.pixels[at] > 0.3f * peak &&
-          extremes(high, nx, ny, y, at, true) - extremes(low, nx, ny, y, at, false) < 0.03f * peak;
-    }
+  for (std::size_t at = 0; at < even.size(); ++at) {
+    const int y = static_cast<int>(at) / nx;
+    even[at] =
+        picture.pixels[at] > 0.3f * peak &&
+        extremes(high, nx, ny, y, at, true) - extremes(low, nx, ny, y, at, false) < 0.03f * peak;
   }
   return even;
 }
@@ -68,8 +64,6 @@ const char* text_of(KeyRole role) {
   return role == KeyRole::optimised ? "optimised" : role == KeyRole::held_out ? "held out" : "view";
 }
 
-bool is_whole(const RefineKey& key) { return key.aperture == glm::dvec2(1, 1); }
-
 }  // namespace
 
 RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend backend,
@@ -84,7 +78,7 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
   const double blur_px = blur_m / hologram.pitch_m.x / square_px;
   const RefineKey* amid = nullptr;
   for (const auto& judged : keys) {
-    if (is_whole(judged.key) &&
+    if (judged.key.aperture == glm::dvec2(1, 1) &&
         (!amid || std::abs(judged.key.z_m - middle_m) < std::abs(amid->z_m - middle_m)))
       amid = &judged.key;
   }
@@ -102,7 +96,7 @@ RefinementFigures judge_refinement(const cl::Device& device, cl::FftBackend back
     const auto seen =
         averaged(refinement::blurred_picture(key, blur_m, size, hologram.pitch_m), square_px);
     const auto even = even_part(seen);
-    const bool any_even = std::find(even.begin(), even.end(), true) != even.end();
+    const bool any_even = std::ranges::find(even, true) != even.end();
     RefinementRow row{judged.role, key.z_m, key.view, key.aperture, key.pupil, {}};
     Gain light, speckle;
     const auto look = [&](FieldStack JudgedHolograms::*which, double& psnr_db, double& share,
@@ -169,7 +163,7 @@ std::string refinement_text(const RefinementFigures& figures, const RefineFigure
 }
 
 Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop) {
-  const auto json_of = [](const Gain& gain) {
+  const auto gain_json = [](const Gain& gain) {
     return Json{{"field", gain.field}, {"unrefined", gain.unrefined}, {"refined", gain.refined}};
   };
   Json json;
@@ -178,7 +172,7 @@ Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop
                             {"z_m", row.z_m},
                             {"view", {row.view.x, row.view.y}},
                             {"aperture", {row.aperture.x, row.aperture.y}},
-                            {"psnr_db", json_of(row.psnr_db)}});
+                            {"psnr_db", gain_json(row.psnr_db)}});
     if (row.pupil)
       json["rows"].back()["pupil"] = {
           {"diameter_m", row.pupil->diameter_m},
@@ -188,9 +182,9 @@ Json refinement_json(const RefinementFigures& figures, const RefineFigures& loop
     json["window_m"] = {figures.window_m.x, figures.window_m.y};
     json["blur_m"] = figures.blur_m;
     json["border_px"] = figures.border_px;
-    json["light"] = json_of(figures.light);
+    json["light"] = gain_json(figures.light);
   }
-  if (figures.contrast) json["speckle_contrast"] = json_of(*figures.contrast);
+  if (figures.contrast) json["speckle_contrast"] = gain_json(*figures.contrast);
   json["iterations"] = loop.iterations;
   json["transforms_per_frame"] = loop.transforms;
   json["exact_keys"] = loop.exact_keys;

@@ -32,9 +32,44 @@ double most_negative(const LaserSet& lasers, std::size_t laser) {
   return std::max(0.0, -(std::min(row.x, 0.0) + std::min(row.y, 0.0) + std::min(row.z, 0.0)));
 }
 
+Json white_json(glm::dvec3 rgb) {
+  const auto shown = chromaticity_of(xyz_from_srgb() * rgb);
+  return {{"chromaticity", {shown.x, shown.y}}, {"delta_e_2000", white_error(rgb)}};
+}
+
 [[noreturn]] void refuse_damaged(const std::filesystem::path& report,
                                  const nlohmann::json::exception& error) {
   throw InputError(one_line(report.string()) + ": not a report of raywave: " + json_reason(error));
+}
+
+/// "scene" of a report; of several lasers, that of the one whose picture or field the file is.
+///
+/// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
+Json scene_of_report(const Json& report, const std::filesystem::path& name,
+                     const std::filesystem::path& file) {
+  if (!report.contains("colour")) return report.at("scene");
+  std::string names;
+  for (const auto& laser : report.at("colour").at("lasers")) {
+    if (laser.contains("files")) {  // of an animation
+      const std::string number = "%05d", pattern = laser.at("files").get<std::string>(),
+                        name_here = file.filename().string();
+      const auto at = pattern.find(number);
+      if (at != std::string::npos && name_here.starts_with(pattern.substr(0, at)) &&
+          name_here.ends_with(pattern.substr(at + number.size())))
+        return laser.at("report").at("scene");
+      names += (names.empty() ? "" : ", ") + one_line(pattern);
+      continue;
+    }
+    auto files = laser.at("pictures").get<std::vector<std::string>>();
+    for (const auto* kept : {"field", "refined"})
+      if (laser.contains(kept)) files.push_back(laser.at(kept));
+    for (const auto& one : files) {
+      if (file.filename() == one) return laser.at("report").at("scene");
+      names += (names.empty() ? "" : ", ") + one_line(one);
+    }
+  }
+  throw InputError(one_line(name.string()) +
+                   ": is of several lasers; give the file of one: " + names);
 }
 
 }  // namespace
@@ -85,9 +120,7 @@ Json report_json(const std::vector<Scene>& scenes, const Rendered& result,
 
 Json colour_json(const ColourSpec& colour, const std::vector<double>& light) {
   Json j{{"primaries", "srgb"}, {"white", "D65"}, {"order", "sequential"}};
-  const auto white = chromaticity_of(xyz_from_srgb() * colour.lasers.white());
-  j["white_shown"] = {{"chromaticity", {white.x, white.y}},
-                      {"delta_e_2000", white_error(colour.lasers.white())}};
+  j["white_shown"] = white_json(colour.lasers.white());
   for (std::size_t i = 0; i < colour.lasers.count(); ++i) {
     const auto row = colour.lasers.from_rgb[i];
     j["lasers"].push_back({{"wavelength_m", colour.lasers.wavelengths_m[i]},
@@ -109,11 +142,7 @@ Json colour_json(const ColourSpec& colour, const std::vector<double>& light) {
     laser["beam_power"] = drive.powers[i];
     if (!drive.shares.empty()) laser["share_of_given_power"] = drive.shares[i];
   }
-  if (!drive.shares.empty()) {
-    const auto full = chromaticity_of(xyz_from_srgb() * drive.full);
-    j["white_at_given_powers"] = {{"chromaticity", {full.x, full.y}},
-                                  {"delta_e_2000", white_error(drive.full)}};
-  }
+  if (!drive.shares.empty()) j["white_at_given_powers"] = white_json(drive.full);
   return j;
 }
 
@@ -169,7 +198,7 @@ std::string colour_warning(const std::vector<Scene>& scenes, const World& world)
   const auto& hologram = scenes[0].hologram;
   const double middle_m = (world.min_m.z + world.max_m.z) / 2;
   const auto positions = positions_now(world);
-  const bool is_within = std::all_of(positions.begin(), positions.end(), [&](glm::dvec3 at_m) {
+  const bool is_within = std::ranges::all_of(positions, [&](glm::dvec3 at_m) {
     const auto field = field_m(hologram, shortest_m, at_m.z);
     return std::abs(at_m.x) <= field.x && std::abs(at_m.y) <= field.y;
   });
@@ -288,33 +317,6 @@ Json json_of(const cl::DeviceInfo& device) {
           {"work", json_of(work_shape(device))}};
 }
 
-Json scene_of_report(const Json& report, const std::filesystem::path& name,
-                     const std::filesystem::path& file) {
-  if (!report.contains("colour")) return report.at("scene");
-  std::string names;
-  for (const auto& laser : report.at("colour").at("lasers")) {
-    if (laser.contains("files")) {  // of an animation
-      const std::string number = "%05d", pattern = laser.at("files").get<std::string>(),
-                        name_here = file.filename().string();
-      const auto at = pattern.find(number);
-      if (at != std::string::npos && name_here.starts_with(pattern.substr(0, at)) &&
-          name_here.ends_with(pattern.substr(at + number.size())))
-        return laser.at("report").at("scene");
-      names += (names.empty() ? "" : ", ") + one_line(pattern);
-      continue;
-    }
-    auto files = laser.at("pictures").get<std::vector<std::string>>();
-    for (const auto* kept : {"field", "refined"})
-      if (laser.contains(kept)) files.push_back(laser.at(kept));
-    for (const auto& one : files) {
-      if (file.filename() == one) return laser.at("report").at("scene");
-      names += (names.empty() ? "" : ", ") + one_line(one);
-    }
-  }
-  throw InputError(one_line(name.string()) +
-                   ": is of several lasers; give the file of one: " + names);
-}
-
 SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file) {
   const auto name = one_line(report.string());
   std::ifstream in(report);
@@ -325,7 +327,7 @@ SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem
     const auto scene = scene_of_report(Json::parse(in), report, file);
     slm = slm_of_json(scene.at("slm"), report);
   } catch (const nlohmann::json::exception& error) {
-    throw InputError(name + ": not a report of raywave: " + json_reason(error));
+    refuse_damaged(report, error);
   }
   if (!slm.flatness.file.empty()) {
     slm.flatness.where = name + ": flatness";

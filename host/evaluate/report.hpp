@@ -117,10 +117,4 @@ Json json_of(const cl::DeviceInfo& device);
 /// throws  InputError when the report is missing or damaged, or the flatness picture is gone
 SlmSpec slm_of_report(const std::filesystem::path& report, const std::filesystem::path& file = {});
 
-/// "scene" of a report; of several lasers, that of the one whose picture or field the file is.
-///
-/// throws  InputError when it is none's; nlohmann::json::exception when the report is damaged
-Json scene_of_report(const Json& report, const std::filesystem::path& name,
-                     const std::filesystem::path& file);
-
 }  // namespace raywave

@@ -2,29 +2,28 @@
 /// Wall time and processor time of all threads, since its birth.
 #pragma once
 
-#include <chrono>
-#include <ctime>
+#include <map>
+#include <string>
 #include <vector>
+
+#include "host/common/stage_clock.hpp"
 
 namespace raywave {
 
 class Stopwatch {
 public:
-  double wall_s() const {
-    return std::chrono::duration<double>(std::chrono::steady_clock::now() - start_).count();
-  }
-  double processor_s() const { return process_s() - processor_start_; }
+  double wall_s() const { return (Seconds::now() - start_).wall; }
+  double processor_s() const { return (Seconds::now() - start_).processor; }
 
 private:
-  static double process_s() {
-    std::timespec time{};
-    clock_gettime(CLOCK_PROCESS_CPUTIME_ID, &time);
-    return static_cast<double>(time.tv_sec) + 1e-9 * static_cast<double>(time.tv_nsec);
-  }
-
-  std::chrono::steady_clock::time_point start_ = std::chrono::steady_clock::now();
-  double processor_start_ = process_s();
+  Seconds start_ = Seconds::now();
 };
+
+/// Seconds of a stage; 0 where it was not at work.
+inline double seconds_of(const std::map<std::string, double>& stages, const std::string& stage) {
+  const auto found = stages.find(stage);
+  return found == stages.end() ? 0 : found->second;
+}
 
 /// Calls f and adds its wall time to `seconds`.
 template <class F>

@@ -78,7 +78,7 @@ Candidates::Candidates(const Scene& scene, const World& world, const DeviceFigur
 }
 
 const std::optional<PictureModel>& Candidates::model_of(int layers, const Cone& cone) const {
-  const auto found = std::find_if(layouts_.begin(), layouts_.end(), [&](const Layout& l) {
+  const auto found = std::ranges::find_if(layouts_, [&](const Layout& l) {
     return l.layers == layers && l.gathering.plan.cone == cone;
   });
   return found->model;
@@ -199,7 +199,7 @@ void Candidates::add_cones(double most_error) {
     if (scene_.given.contains("sampling.cone")) cone.half_width = plan_.cone.half_width;
     if (scene_.given.contains("sampling.apodization")) cone.apodization = plan_.cone.apodization;
     if (cone.apodization > cone.half_width || cone.field_error() > most_error ||
-        std::find(tried.begin(), tried.end(), cone) != tried.end())
+        std::ranges::find(tried, cone) != tried.end())
       continue;
     tried.push_back(cone);
     for (std::size_t i = 0; i < layers; ++i) {
@@ -241,31 +241,29 @@ void Candidates::add_paddings(const Choice& without, const Layout& layout,
     c.padding = padding;
     set_padding(plan, padding);
     work.butterflies = count_butterflies(plan, c.frames);
-    const auto predict = [&](const PictureModel& model, double padding_error) {
-      const auto pictures = predict_pictures(model, pattern, c.frames, padding_error);
+    const auto predict = [&, of_padding = error](const PictureModel& model) {
+      const auto pictures = predict_pictures(model, pattern, c.frames, of_padding);
       c.psnr_db = pictures.mean_psnr_db;
       c.sure_db = pictures.sure_db();
       all.push_back(c);
     };
     c.seconds = predict_times(work, device_.rates).total_s();
-    predict(*layout.model, error);
-    if (!scene_.refine) {
-      if (!serves_samples(plan, scene_.viewer) || !may_refine(scene_)) continue;
-      auto paced = plan;
-      paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
-      paced.refine->viewer = scene_.viewer;
-      const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer);
-      for (const int iterations : paced_tried) {
-        if (iterations < least) continue;
-        paced.refine->iterations = iterations;
-        auto with = work;
-        add_refinement(paced, c.frames, with);
-        c.iterations = iterations;
-        c.seconds = predict_times(with, device_.rates).total_s();
-        auto model = *layout.model;
-        set_refinement(model, paced);
-        predict(model, error);
-      }
+    predict(*layout.model);
+    if (scene_.refine || !serves_samples(plan, scene_.viewer) || !may_refine(scene_)) continue;
+    auto paced = plan;
+    paced.refine.emplace().blur_m = blur_of_resolution * resolution_m_;
+    paced.refine->viewer = scene_.viewer;
+    const int least = least_paced_iterations(plan, *paced.refine->blur_m, scene_.viewer);
+    for (const int iterations : paced_tried) {
+      if (iterations < least) continue;
+      paced.refine->iterations = iterations;
+      auto with = work;
+      add_refinement(paced, c.frames, with);
+      c.iterations = iterations;
+      c.seconds = predict_times(with, device_.rates).total_s();
+      auto model = *layout.model;
+      set_refinement(model, paced);
+      predict(model);
     }
   }
 }

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <cstddef>
-#include <glm/common.hpp>
 
 #include "host/carriers/wrps/planning/facts.hpp"
 #include "host/plan/footprint.hpp"
@@ -138,11 +137,6 @@ double lights_asked(const Plan& plan, const FrontView& view) {
   return asked / all + of_look * view.looks / view.covered;
 }
 
-/// Lights whose highlights are shaded, each of its samples counted.
-int lights_of(const Lighting& lighting) {
-  return directions_of(lighting.lights, [](const Light& light) { return light.highlights; });
-}
-
 /// Adds what the pictures of a lens cost that a refinement goes by.
 void add_lens_of_refinement(const World& world, const Plan& plan, const FrontView& view,
                             Work& work) {
@@ -169,10 +163,8 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
   const double area = static_cast<double>(plan.hologram.size.x) * plan.hologram.size.y;
   const double of_pixel =
       (of_samples ? butterflies_of_a_paced_pixel : butterflies_of_a_refined_pixel) / 2;
-  const auto looking = [&](double padding) {
-    const double plane = padding * padding * area;
-    return plane * (std::log2(plane) + of_pixel);
-  };
+  const auto of_plane = [&](double plane) { return plane * (std::log2(plane) + of_pixel); };
+  const auto looking = [&](double padding) { return of_plane(padding * padding * area); };
   double draws = 0, all_looks = 0, drawn_looks = 0;
   for (const auto& place : places) {
     const auto open = place.aperture.x * place.aperture.y;
@@ -182,8 +174,7 @@ void add_refinement(const Plan& plan, int frames, Work& work) {
     const auto through_pupil = [&] {
       const glm::dvec2 sides =
           samples_through_pupil(place, plan.hologram.size, plan.hologram.pitch_m, blur_m);
-      const double plane = sides.x * sides.y;
-      return plane * (std::log2(plane) + of_pixel);
+      return of_plane(sides.x * sides.y);
     };
     const double look =
         place.pupil  ? through_pupil()
@@ -218,18 +209,18 @@ double count_butterflies(const Plan& plan, int frames) {
   const auto* wrps = std::get_if<SpectrumWrps>(&plan.carrier);
   if (!wrps) return 0;  // nothing is propagated
   const glm::dvec2 padded(wrps->padded), size(plan.tiling.tile_size);
+  const auto one_way = [&](double rows) {
+    return size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) +
+           butterflies_of_a_pixel * size.x * size.y;
+  };
   double forward = 0, widest = 0;
   for (const auto& wrp : plan.wrps) {
     const double rows = rows_kept(*wrps, plan, wrp).count();
-    forward += size.x * padded.y * std::log2(padded.y) + rows * padded.x * std::log2(padded.x) +
-               butterflies_of_a_pixel * size.x * size.y;
+    forward += one_way(rows);
     widest = std::max(widest, rows);
   }
-  const double back = size.x * padded.y * std::log2(padded.y) +
-                      widest * padded.x * std::log2(padded.x) +
-                      butterflies_of_a_pixel * size.x * size.y;
   return padded_butterfly * frames *
-         (forward + static_cast<double>(plan.tiling.tiles.size()) * back);
+         (forward + static_cast<double>(plan.tiling.tiles.size()) * one_way(widest));
 }
 
 Footprints footprints_of(const Plan& plan, const FrontView& view) {
@@ -241,35 +232,30 @@ Footprints footprints_of(const Plan& plan, const FrontView& view) {
   }
   std::vector<WrpsExtent> extents;
   for (const auto& layer : plan.layers) extents.push_back(wrps_extent(plan, layer));
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = view.cell(x, y);
-      const double z = view.depth_m[cell];
-      if (z == 0) continue;
-      const auto& layer = plan.layer_at(z);
-      const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
-      for (const auto& tile : plan.tiling.tiles) {
-        const auto place = view.place_m(x, y, z);
-        const auto at = is_near_hologram(plan)
-                            ? place
-                            : tile.centre_m + (place - tile.centre_m) * (layer.distance_m / z);
-        const auto across = crossing(plan, layer, 0, at.x, {place, z}, first.x, last.x),
-                   up = crossing(plan, layer, 1, at.y, {place, z}, first.y, last.y);
-        if (across.pixels == 0 || up.pixels == 0) continue;
-        const double width = (across.pixels + tile_width) * view.sources[cell];
-        if (across.near || up.near) {
-          footprints.near_pixels += width * up.pixels;
-          footprints.near_sides += (across.pixels + up.pixels) * view.sources[cell];
-          continue;
-        }
-        footprints.far_pixels += width * up.pixels;
-        footprints.far_widths += width;
-        if (!view.shiny[cell]) continue;
-        footprints.shiny_pixels += width * up.pixels;
-        footprints.shiny_widths += width;
+  view.for_surfaces([&](int x, int y, std::size_t cell, double z) {
+    const auto& layer = plan.layer_at(z);
+    const auto& [first, last] = extents[static_cast<std::size_t>(&layer - plan.layers.data())];
+    for (const auto& tile : plan.tiling.tiles) {
+      const auto place = view.place_m(x, y, z);
+      const auto at = is_near_hologram(plan)
+                          ? place
+                          : tile.centre_m + (place - tile.centre_m) * (layer.distance_m / z);
+      const auto across = crossing(plan, layer, 0, at.x, {place, z}, first.x, last.x),
+                 up = crossing(plan, layer, 1, at.y, {place, z}, first.y, last.y);
+      if (across.pixels == 0 || up.pixels == 0) continue;
+      const double width = (across.pixels + tile_width) * view.sources[cell];
+      if (across.near || up.near) {
+        footprints.near_pixels += width * up.pixels;
+        footprints.near_sides += (across.pixels + up.pixels) * view.sources[cell];
+        continue;
       }
+      footprints.far_pixels += width * up.pixels;
+      footprints.far_widths += width;
+      if (!view.shiny[cell]) continue;
+      footprints.shiny_pixels += width * up.pixels;
+      footprints.shiny_widths += width;
     }
-  }
+  });
   return footprints;
 }
 
@@ -339,7 +325,8 @@ Work count_work(const Scene& scene, const World& world, const Plan& plan, const 
     return work;
   }
   const double gatherings = std::ceil(frames / most_frames_together);
-  const auto lights = static_cast<double>(lights_of(plan.lighting));
+  const double lights =
+      directions_of(plan.lighting.lights, [](const Light& light) { return light.highlights; });
   if (planes) {
     const double in_frames = frames > 1 ? frames : 0;
     work.nodes = samples_of_a_cell * (gatherings * footprints.on_virtual_planes.nodes +

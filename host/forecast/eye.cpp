@@ -71,16 +71,14 @@ EyeView eye_view(const Scene& scene, const Plan& plan, const FrontView& view) {
   for (const auto& pupil : pupils) {
     EyePlace place{pupil.centre_m, 0, 0};
     double all = 0;
-    for (int y = step / 2; y < view.size.y; y += step)
-      for (int x = step / 2; x < view.size.x; x += step) {
-        const auto cell = view.cell(x, y);
-        const double z_m = view.depth_m[cell], here = view.radiance[cell];
-        if (z_m == 0) continue;
-        const double share = share_of_pupil(plan, pupil, view.place_m(x, y, z_m), z_m);
-        all += here;
-        place.light += share * here;
-        if (share == 0) place.cut += here;
-      }
+    const auto look = [&](int x, int y, std::size_t cell, double z_m) {
+      const double here = view.radiance[cell],
+                   share = share_of_pupil(plan, pupil, view.place_m(x, y, z_m), z_m);
+      all += here;
+      place.light += share * here;
+      if (share == 0) place.cut += here;
+    };
+    view.for_surfaces(look, step);
     if (all > 0) {
       place.light /= all;
       place.cut /= all;
@@ -99,9 +97,7 @@ bool sees_band(const Pupil& pupil, const Plan& plan) {
 
 std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, const EyeView& eye) {
   std::vector<std::string> warnings;
-  const auto best =
-      std::max_element(eye.places.begin(), eye.places.end(),
-                       [](const EyePlace& a, const EyePlace& b) { return a.light < b.light; });
+  const auto best = std::ranges::max_element(eye.places, {}, &EyePlace::light);
   const auto& h = plan.hologram;
   const bool is_narrowed =
       glm::all(glm::lessThan(h.largest_sine, 0.49 * h.wavelength_m / h.pitch_m)) &&
@@ -121,7 +117,7 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
   // Light of the hologram's edges lands a x beside that of its middle
   const auto aside_m = std::abs(eye.pupil.a) * plan.window_m() / 2.0;
   const auto reaches_beyond = [&](glm::dvec2 half_m) {
-    return std::any_of(eye.places.begin(), eye.places.end(), [&](const EyePlace& place) {
+    return std::ranges::any_of(eye.places, [&](const EyePlace& place) {
       return glm::any(
           glm::greaterThan(glm::abs(place.centre_m) + eye.pupil.diameter_m / 2 + aside_m, half_m));
     });
@@ -134,7 +130,7 @@ std::vector<std::string> eye_warnings(const Scene& scene, const Plan& plan, cons
                        "axis keeps them out");
   const auto pupils = pupils_of(viewer);
   if (is_near_hologram(plan) &&
-      std::any_of(pupils.begin(), pupils.end(), [&](auto& one) { return sees_band(one, plan); }))
+      std::ranges::any_of(pupils, [&](auto& one) { return sees_band(one, plan); }))
     warnings.push_back(
         "the pupil sees all light of the SLM, which looks evenly bright through it, without a "
         "picture: a pupil of less than " +

@@ -22,17 +22,13 @@ struct Edges {
 };
 Edges lit_edges(const FrontView& view) {
   Edges edges;
-  std::size_t cell = 0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x, ++cell) {
-      if (view.depth_m[cell] == 0) continue;
-      const glm::ivec2 at(x, y);
-      for (int axis = 0; axis < 2; ++axis) {
-        edges.low[axis] |= at[axis] == 0;
-        edges.high[axis] |= at[axis] == view.size[axis] - 1;
-      }
+  view.for_surfaces([&](int x, int y, std::size_t, double) {
+    const glm::ivec2 at(x, y);
+    for (int axis = 0; axis < 2; ++axis) {
+      edges.low[axis] |= at[axis] == 0;
+      edges.high[axis] |= at[axis] == view.size[axis] - 1;
     }
-  }
+  });
   return edges;
 }
 
@@ -75,18 +71,15 @@ std::string PictureWindow::text() const {
 PictureWindow quality_window(const Plan& plan, const FrontView& view, double blur_m) {
   constexpr double infinity = std::numeric_limits<double>::infinity();
   PictureWindow window{glm::dvec2(infinity), glm::dvec2(-infinity)};
-  const float brightest = *std::max_element(view.radiance.begin(), view.radiance.end());
+  const float brightest = *std::ranges::max_element(view.radiance);
   const auto depths_m = quality_depths_m(plan);
-  std::size_t cell = 0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x, ++cell) {
-      if (view.depth_m[cell] == 0 || !(view.radiance[cell] > least_light * brightest)) continue;
-      for (const double z_m : depths_m) {
-        window.low_m = glm::min(window.low_m, view.place_m(x, y, z_m));
-        window.high_m = glm::max(window.high_m, view.place_m(x, y, z_m));
-      }
+  view.for_surfaces([&](int x, int y, std::size_t cell, double) {
+    if (!(view.radiance[cell] > least_light * brightest)) return;
+    for (const double z_m : depths_m) {
+      window.low_m = glm::min(window.low_m, view.place_m(x, y, z_m));
+      window.high_m = glm::max(window.high_m, view.place_m(x, y, z_m));
     }
-  }
+  });
   if (is_near_hologram(plan) || !(window.low_m.x <= window.high_m.x))
     return PictureWindow::around_axis(plan.window_m() * glm::dvec2(plan.grid));
   const auto margin_m =

@@ -5,7 +5,6 @@
 #include <array>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/exponential.hpp>
 #include <glm/vec3.hpp>
 #include <glm/vector_relational.hpp>
 #include <numbers>
@@ -118,9 +117,7 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
   const double wavelength_m = plan.hologram.wavelength_m;
   const double span = std::max(plan.extent.far_m - plan.extent.near_m, 1e-12);
   std::array<std::vector<glm::ivec2>, count> places;  // of each layer's cells
-  for_all_cells(view, [&](int x, int y, std::size_t i) {
-    const double z = view.depth_m[i];
-    if (z == 0) return;
+  view.for_surfaces([&](int x, int y, std::size_t, double z) {
     const auto at = static_cast<int>((z - plan.extent.near_m) / span * count);
     places[static_cast<std::size_t>(std::clamp(at, 0, count - 1))].emplace_back(x, y);
   });
@@ -143,7 +140,7 @@ Raster lens_view(const FrontView& view, const Raster& radiance, const Plan& plan
     const auto reach = glm::ivec2(glm::min(glm::ceil(half), glm::dvec2(view.size)));
     BlurredLayer one{glm::max(low - reach, 0), {}, {}};
     one.size = glm::min(high + reach, view.size) - one.first;
-    one.light.resize(static_cast<std::size_t>(one.size.x) * static_cast<std::size_t>(one.size.y));
+    one.light.resize(area_of(one.size));
     for (const auto place : places[layer]) {
       const auto at = place - one.first;
       one.light[static_cast<std::size_t>(at.y * one.size.x + at.x)] =
@@ -196,9 +193,8 @@ private:
 /// share  of a place x, y, z
 Raster radiance_times(const FrontView& view, const auto& share) {
   Raster shown(view.radiance);
-  for_all_cells(view, [&](int x, int y, std::size_t i) {
-    const double z_m = view.depth_m[i];
-    if (z_m != 0) shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
+  view.for_surfaces([&](int x, int y, std::size_t i, double z_m) {
+    shown[i] *= static_cast<float>(share(view.place_m(x, y, z_m), z_m));
   });
   return shown;
 }
@@ -227,16 +223,12 @@ public:
     std::array<std::array<double, places>, places> light{};
     const int step =
         std::max(1, static_cast<int>(std::sqrt(view.size.x * view.size.y / most_looks)));
-    for (int y = step / 2; y < view.size.y; y += step) {
-      for (int x = step / 2; x < view.size.x; x += step) {
-        const auto i = view.cell(x, y);
-        const double z_m = view.depth_m[i];
-        if (z_m == 0) continue;
-        const auto [across, down] = lit(view.place_m(x, y, z_m), z_m);
-        for (auto u = across.first; u < across.second; ++u)
-          for (auto v = down.first; v < down.second; ++v) light[u][v] += double{view.radiance[i]};
-      }
-    }
+    const auto add = [&](int x, int y, std::size_t i, double z_m) {
+      const auto [across, down] = lit(view.place_m(x, y, z_m), z_m);
+      for (auto u = across.first; u < across.second; ++u)
+        for (auto v = down.first; v < down.second; ++v) light[u][v] += double{view.radiance[i]};
+    };
+    view.for_surfaces(add, step);
     double sum = 0, squares = 0;
     for (const auto& column : light) {
       sum += std::accumulate(column.begin(), column.end(), 0.0);
@@ -470,8 +462,7 @@ PictureModel picture_model(const FrontView& view, const Plan& plan, double resol
   const auto shines = [&](const auto number) {
     return has_highlights(lighting.materials[static_cast<std::size_t>(number)], plan.channels());
   };
-  model.has_detail =
-      lighting.textures > 0 || std::any_of(lighting.used.begin(), lighting.used.end(), shines);
+  model.has_detail = lighting.textures > 0 || std::ranges::any_of(lighting.used, shines);
   if (plan.slm.stop) model.stopped = 1 - slm_light(plan, view).through_stop;
   set_refinement(model, plan);
   model.spot_m = limit_m(plan, middle_m(plan));

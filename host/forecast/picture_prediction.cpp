@@ -209,8 +209,8 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   prediction.through_pupil = model.pupil_reach > 0;
   // Pictures made by rays hold what samples miss
   prediction.left_out = all.is_whole ? 0 : model.has_detail ? 2e-4 : prediction.refined ? 0 : 1e-4;
-  prediction.dark = std::all_of(model.rows.begin(), model.rows.end(),
-                                [](const auto& row) { return row.light == 0 && row.missing == 0; });
+  prediction.dark = std::ranges::all_of(
+      model.rows, [](const auto& row) { return row.light == 0 && row.missing == 0; });
   for (std::size_t i = 0; i < model.rows.size(); ++i) add_row(all, i, prediction);
   const std::array parts{&prediction.dots,    &prediction.speckle, &prediction.edges,
                          &prediction.missing, &prediction.padding, &prediction.encoding,

@@ -11,14 +11,13 @@
 
 #include "host/carriers/planning/facts.hpp"
 #include "host/carriers/wrps/planning/padding_errors.hpp"
-#include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/forecast/first_call.hpp"
 #include "host/forecast/panel_rate.hpp"
 #include "host/forecast/warnings.hpp"
-#include "host/geometry/shared_types.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/make_plan.hpp"
 
@@ -39,6 +38,14 @@ constexpr double reference_phase_turns = 0.001;
 /// and reference for the wavefront.
 constexpr std::array cone_errors_of_preset{0.25, 0.25, 0.06, 0.0};
 
+/// The fastest of the choices that `serves` holds for; null where there is none.
+const Choice* fastest_of(const std::vector<Choice>& all, const auto& serves) {
+  const Choice* best = nullptr;
+  for (const auto& c : all)
+    if (serves(c) && (!best || c.seconds < best->seconds)) best = &c;
+  return best;
+}
+
 /// The most accurate of the choices that take no longer; the fastest when all take longer.
 const Choice& most_accurate_within(const std::vector<Choice>& all, double seconds) {
   const Choice* best = nullptr;
@@ -47,22 +54,16 @@ const Choice& most_accurate_within(const std::vector<Choice>& all, double second
                                  (c.psnr_db == best->psnr_db && c.seconds < best->seconds)))
       best = &c;
   }
-  return best ? *best : *std::min_element(all.begin(), all.end(), [](const auto& a, const auto& b) {
-    return a.seconds < b.seconds;
-  });
+  return best ? *best : *fastest_of(all, [](const Choice&) { return true; });
 }
 
 const Choice& most_accurate(const std::vector<Choice>& all) {
-  return *std::max_element(all.begin(), all.end(),
-                           [](const auto& a, const auto& b) { return a.psnr_db < b.psnr_db; });
+  return *std::ranges::max_element(all, {}, &Choice::psnr_db);
 }
 
 /// The fastest of the choices that reach this PSNR; the most accurate when none does.
 const Choice& fastest_reaching(const std::vector<Choice>& all, double psnr_db) {
-  const Choice* best = nullptr;
-  for (const auto& c : all) {
-    if (c.psnr_db >= psnr_db && (!best || c.seconds < best->seconds)) best = &c;
-  }
+  const auto* best = fastest_of(all, [&](const Choice& c) { return c.psnr_db >= psnr_db; });
   return best ? *best : most_accurate(all);
 }
 
@@ -73,9 +74,7 @@ bool is_sure(const Choice& c, double psnr_db) { return c.sure_db >= psnr_db - ps
 
 /// The fastest that reaches this PSNR surely; where none does, one near the most accurate.
 const Choice& fastest_surely_reaching(const std::vector<Choice>& all, double psnr_db) {
-  const Choice* best = nullptr;
-  for (const auto& c : all)
-    if (is_sure(c, psnr_db) && (!best || c.seconds < best->seconds)) best = &c;
+  const auto* best = fastest_of(all, [&](const Choice& c) { return is_sure(c, psnr_db); });
   constexpr double no_gain = 0.5;
   return best ? *best
               : fastest_reaching(all, std::max(psnr_db, most_accurate(all).psnr_db - no_gain));
@@ -94,7 +93,7 @@ const Choice& chosen(const std::vector<Choice>& all, const Goal& goal) {
 /// Without those of more frames, which the panel does not show. Frames that are given stay.
 std::vector<Choice> with_frames(std::vector<Choice> all, double most) {
   most = std::max(most, 1.0);
-  if (std::any_of(all.begin(), all.end(), [&](const auto& c) { return c.frames <= most; }))
+  if (std::ranges::any_of(all, [&](const auto& c) { return c.frames <= most; }))
     std::erase_if(all, [&](const auto& c) { return c.frames > most; });
   return all;
 }
@@ -156,7 +155,7 @@ std::string advice_on(const PicturePrediction& pictures, const Planned& planned)
       {pictures.dots, "the dots of the samples: a smaller sampling.pitch"},
       {pictures.padding, "light that wraps around: a larger wrp.padding"},
   }};
-  const auto& [share, text] = *std::max_element(parts.begin(), parts.end());
+  const auto& [share, text] = *std::ranges::max_element(parts);
   return percent_text(share) + " of the error is " + text;
 }
 
@@ -274,8 +273,7 @@ std::vector<std::string> reasons_of(const Scene& scene, bool is_chosen, const Pl
                       "\" (auto): " + plan.why_carrier);
   if (!why_layers.empty()) reasons.push_back(why_layers);
   if (!plan.tiling.why.empty())
-    reasons.push_back("hologram.tiles " + std::to_string(plan.tiling.grid.x) + " x " +
-                      std::to_string(plan.tiling.grid.y) + ": " + plan.tiling.why);
+    reasons.push_back("hologram.tiles " + extent_text(plan.tiling.grid) + ": " + plan.tiling.why);
   return reasons;
 }
 
@@ -503,19 +501,22 @@ double largest_cone_error(const Goal& goal) {
   return cone_errors_of_preset[static_cast<std::size_t>(goal.preset.value_or(Preset::balanced))];
 }
 
+std::size_t planned_laser(const std::vector<Scene>& scenes) {
+  const auto longest = std::ranges::max_element(
+      scenes, {}, [](const Scene& scene) { return scene.hologram.wavelength_m; });
+  return static_cast<std::size_t>(longest - scenes.begin());
+}
+
 std::vector<Planned> plan_scenes(const std::vector<Scene>& scenes, const World& world,
                                  const DeviceFigures& device, const Goal& goal, KeptResults kept) {
   auto for_each = goal;
   if (const auto time_s = goal.time_s())
     for_each.budget_s = *time_s / static_cast<double>(scenes.size());
-  const auto longest =
-      std::max_element(scenes.begin(), scenes.end(), [](const Scene& a, const Scene& b) {
-        return a.hologram.wavelength_m < b.hologram.wavelength_m;
-      });
-  const auto chosen = plan_laser(*longest, world, device, for_each, kept, scenes.size());
+  const auto& longest = scenes[planned_laser(scenes)];
+  const auto chosen = plan_laser(longest, world, device, for_each, kept, scenes.size());
   std::vector<Planned> all;
   for (const auto& scene : scenes) {
-    if (&scene == &*longest) {
+    if (&scene == &longest) {
       all.push_back(chosen);
       continue;
     }

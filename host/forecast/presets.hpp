@@ -4,6 +4,7 @@
 /// by `raywave render`. docs/planning.md explains how it decides.
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 #include <vector>
@@ -74,6 +75,9 @@ struct KeptResults {
 
 /// The largest Cone::field_error that a goal accepts.
 double largest_cone_error(const Goal& goal);
+
+/// Number of the laser that goals are planned for: the longest wavelength.
+std::size_t planned_laser(const std::vector<Scene>& scenes);
 
 /// Chooses what the scenes of the lasers leave open, as the goal says, and predicts what to expect.
 /// What is chosen for the longest wavelength, which shows most, is for the others too; a time is

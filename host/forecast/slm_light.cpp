@@ -101,7 +101,7 @@ void find_shift_beside(const Plan& plan, const FrontView& view,
                               cycles[axis].high / longer + carrier <= band_edge;
         lost.push_back(has_room ? 0 : lost_by_shift(plan, view, axis, longer, carrier));
       }
-      const double worst = *std::max_element(lost.begin(), lost.end());
+      const double worst = *std::ranges::max_element(lost);
       const double so_far = std::abs(light.beside_m.x + light.beside_m.y);  // one of them is zero
       // Rounding decides between two sides in nothing: lasers are given one advice
       const bool is_shorter = so_far == 0 || std::abs(shift_m) < 0.99 * so_far;
@@ -177,13 +177,9 @@ void find_faults(const Plan& plan, const FrontView& view, SlmLight& light) {
   if (slm.fill) {
     const auto fill = *slm.fill;
     light.in_order = fill.x * fill.y * fill.x * fill.y;
-    for (int y = 0; y < view.size.y; ++y) {
-      for (int x = 0; x < view.size.x; ++x) {
-        const double z_m = view.depth_m[view.cell(x, y)];
-        if (z_m == 0) continue;
-        light.at_edge = std::min(light.at_edge, fall_off(plan, view.place_m(x, y, z_m), z_m));
-      }
-    }
+    view.for_surfaces([&](int x, int y, std::size_t, double z_m) {
+      light.at_edge = std::min(light.at_edge, fall_off(plan, view.place_m(x, y, z_m), z_m));
+    });
   }
   light.source = source_blur(source_spread(slm, hologram.pitch_m, hologram.wavelength_m),
                              plan.window_m(), hologram.wavelength_m, light.z_m);
@@ -245,34 +241,29 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
 
   double all = 0, shown = 0, through = 0, under_zero_order = 0;
   std::array<Interval, 2> picture_m, cycles;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = view.cell(x, y);
-      const double z_m = view.depth_m[cell], here = view.radiance[cell];
-      if (z_m == 0) continue;
-      const auto place_m = view.place_m(x, y, z_m);
-      double shown_here = here, through_here = here;
-      bool is_under = true;
-      for (int axis = 0; axis < 2; ++axis) {
-        // Near the hologram, what is gathered counts as shown: it lights little of it
-        const double edge = cycles_per_sine(plan, axis) * plan.hologram.largest_sine[axis];
-        shown_here *= is_near_hologram(plan)
-                          ? share_lit(plan, axis, place_m[axis], z_m, -edge, edge)
-                          : share_within_pixels(plan, axis, place_m[axis], z_m);
-        if (slm.stop) through_here *= share_through(plan, *slm.stop, axis, place_m[axis], z_m);
-        is_under = is_under && std::abs(place_m[axis] + travel(plan, axis, zero_order[axis], z_m)) <
-                                   half_m[axis];
-        picture_m[axis].add(place_m[axis]);
-        for (const double edge_m : {-half_m[axis], half_m[axis]})
-          cycles[axis].add(std::clamp(frequency_at(plan, axis, place_m[axis], z_m, edge_m),
-                                      -band_edge, band_edge));
-      }
-      all += here;
-      shown += shown_here;
-      through += through_here;
-      if (is_under) under_zero_order += here;
+  view.for_surfaces([&](int x, int y, std::size_t cell, double z_m) {
+    const double here = view.radiance[cell];
+    const auto place_m = view.place_m(x, y, z_m);
+    double shown_here = here, through_here = here;
+    bool is_under = true;
+    for (int axis = 0; axis < 2; ++axis) {
+      // Near the hologram, what is gathered counts as shown: it lights little of it
+      const double edge = cycles_per_sine(plan, axis) * plan.hologram.largest_sine[axis];
+      shown_here *= is_near_hologram(plan) ? share_lit(plan, axis, place_m[axis], z_m, -edge, edge)
+                                           : share_within_pixels(plan, axis, place_m[axis], z_m);
+      if (slm.stop) through_here *= share_through(plan, *slm.stop, axis, place_m[axis], z_m);
+      is_under = is_under &&
+                 std::abs(place_m[axis] + travel(plan, axis, zero_order[axis], z_m)) < half_m[axis];
+      picture_m[axis].add(place_m[axis]);
+      for (const double edge_m : {-half_m[axis], half_m[axis]})
+        cycles[axis].add(std::clamp(frequency_at(plan, axis, place_m[axis], z_m, edge_m),
+                                    -band_edge, band_edge));
     }
-  }
+    all += here;
+    shown += shown_here;
+    through += through_here;
+    if (is_under) under_zero_order += here;
+  });
   if (all > 0) light.on_picture = under_zero_order / all;
   for (const double wavelength_m : wavelengths_m) {
     const auto carrier = carrier_of(slm, plan.hologram.pitch_m, wavelength_m);
@@ -283,8 +274,7 @@ SlmLight slm_light(const Plan& plan, const FrontView& view, std::vector<double> 
     light.beyond_band = std::max(light.beyond_band, 1 - kept);
   }
   // Of the shortest wavelength, whose frequencies are the highest
-  const double steepest =
-      plan.hologram.wavelength_m / *std::min_element(wavelengths_m.begin(), wavelengths_m.end());
+  const double steepest = plan.hologram.wavelength_m / *std::ranges::min_element(wavelengths_m);
   if (slm.stop && shown > 0) {
     light.through_stop = std::min(1.0, through / shown);
     for (int axis = 0; axis < 2; ++axis)

@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "host/carriers/planning/facts.hpp"
@@ -13,6 +12,7 @@
 #include "host/forecast/eye.hpp"
 #include "host/forecast/panel_rate.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/precision.hpp"
 #include "host/planning/cautions.hpp"
 #include "host/planning/light_shown.hpp"
@@ -53,25 +53,20 @@ double shown_from_m(const Plan& plan, int axis, double off_axis_m, double shorte
 /// shortest  wavelength of all lasers, over that of the plan
 Light light_of(const World& world, const Plan& plan, const FrontView& view, double shortest) {
   Light light;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x) {
-      const auto cell = view.cell(x, y);
-      const double z = view.depth_m[cell], here = view.radiance[cell];
-      if (z == 0) continue;
-      const auto place = view.place_m(x, y, z);
-      double within_pixels = here, within_planes = here;
-      for (int axis = 0; axis < 2; ++axis) {
-        within_pixels *= share_within_pixels(plan, axis, place[axis], z);
-        light.farther_m =
-            std::max(light.farther_m,
-                     shown_from_m(plan, axis, std::abs(place[axis]), shortest) - std::abs(z));
-        within_planes *= share_seen(plan, axis, place[axis], z);
-      }
-      light.all += here;
-      light.within_pixels += within_pixels;
-      light.within_planes += within_planes;
+  view.for_surfaces([&](int x, int y, std::size_t cell, double z) {
+    const double here = view.radiance[cell];
+    const auto place = view.place_m(x, y, z);
+    double within_pixels = here, within_planes = here;
+    for (int axis = 0; axis < 2; ++axis) {
+      within_pixels *= share_within_pixels(plan, axis, place[axis], z);
+      light.farther_m = std::max(
+          light.farther_m, shown_from_m(plan, axis, std::abs(place[axis]), shortest) - std::abs(z));
+      within_planes *= share_seen(plan, axis, place[axis], z);
     }
-  }
+    light.all += here;
+    light.within_pixels += within_pixels;
+    light.within_planes += within_planes;
+  });
   const auto seen_m =
       glm::max(glm::abs(view.low), glm::abs(view.low + glm::dvec2(view.size) * view.step)) *
       (plan.extent.farthest_m() + std::abs(view.eye_z_m));
@@ -294,9 +289,8 @@ void Warnings::of_panel(const SlmLight& slm_light) {
     const double stretched = static_cast<double>(plan.hologram.size.x) * beam->height /
                              (static_cast<double>(plan.hologram.size.y) * beam->width);
     if (std::abs(std::log(stretched)) > alike)
-      warn("illumination.profile: its picture of " + std::to_string(beam->width) + " x " +
-           std::to_string(beam->height) + " pixels is stretched to the shape of the SLM, " +
-           std::to_string(plan.hologram.size.x) + " x " + std::to_string(plan.hologram.size.y) +
+      warn("illumination.profile: its picture of " + extent_text({beam->width, beam->height}) +
+           " pixels is stretched to the shape of the SLM, " + extent_text(plan.hologram.size) +
            ": cut it to the part that falls onto the SLM");
   }
   // Amplitudes are those that the darkest pixel shows, too
@@ -378,10 +372,9 @@ void Warnings::of_detail(bool is_default_pitch) {
 
 void Warnings::of_materials() {
   const auto& materials = plan.lighting.materials;
-  const auto bounces =
-      std::find_if(plan.lighting.used.begin(), plan.lighting.used.end(), [&](std::int32_t number) {
-        return materials[static_cast<std::size_t>(number)].is_specular();
-      });
+  const auto bounces = std::ranges::find_if(plan.lighting.used, [&](std::int32_t number) {
+    return materials[static_cast<std::size_t>(number)].is_specular();
+  });
   if (bounces != plan.lighting.used.end() && scene.trace.depth == 0)
     warn("material " + in_quotes(materials[static_cast<std::size_t>(*bounces)].name) +
          " is a mirror or glass, but trace.depth is 0: its reflections stay dark");
@@ -396,8 +389,7 @@ Warnings warnings_of_place(const Scene& scene, const World& world, const Plan& p
                            const FrontView& view) {
   const auto wavelengths_m = wavelengths_m_of(scene);
   Warnings warnings{scene, world, plan, view, 1, {}, {}, {}};
-  warnings.shortest =
-      *std::min_element(wavelengths_m.begin(), wavelengths_m.end()) / scene.hologram.wavelength_m;
+  warnings.shortest = *std::ranges::min_element(wavelengths_m) / scene.hologram.wavelength_m;
   if (scene.viewer.eyepiece_m) warnings.eye = eye_view(scene, plan, view);
   warnings.light = light_of(world, plan, view, warnings.shortest);
   warnings.of_hologram();

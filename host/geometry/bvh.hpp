@@ -19,6 +19,8 @@ struct Corners {
   float a[3], b[3], c[3];
 };
 
+inline glm::dvec3 point_of(const float* corner) { return {corner[0], corner[1], corner[2]}; }
+
 /// A flattened tree over triangles in the scene frame. Node 0 is the root.
 struct Bvh {
   std::vector<device::BvhNode> nodes;

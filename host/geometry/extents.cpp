@@ -13,7 +13,7 @@
 namespace raywave {
 namespace {
 
-constexpr int depth_bins = 256;  // bins of a scene's depth, for the choice of layers
+constexpr std::size_t depth_bins = 256;  // bins of a scene's depth, for the choice of layers
 
 constexpr double infinite = std::numeric_limits<double>::infinity();
 
@@ -145,8 +145,8 @@ public:
   void add(std::array<double, 3> z_m, double area) {
     std::sort(z_m.begin(), z_m.end());
     const auto bin = [&](double z) {
-      return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, depth_bins - 1)
-                        : 0;
+      constexpr int last_bin = depth_bins - 1;
+      return bin_m_ > 0 ? std::clamp(static_cast<int>((z - near_m_) / bin_m_), 0, last_bin) : 0;
     };
     const int first = bin(z_m[0]), last = bin(z_m[2]);
     std::pair<double, double> before{0, 0};
@@ -179,29 +179,28 @@ public:
   std::vector<double> means(int count) const {
     // least[i]: that sum for the first i bins in `round` + 1 layers; from[round][i]: first bin of
     // the last of these layers.
-    std::vector<double> least(static_cast<std::size_t>(depth_bins) + 1,
-                              std::numeric_limits<double>::infinity());
+    std::vector<double> least(depth_bins + 1, infinite);
     least[0] = 0;
-    std::vector<std::vector<int>> from;
+    std::vector<std::vector<std::size_t>> from;
     for (int round = 0; round < count; ++round) {
-      std::vector<double> next(least.size(), std::numeric_limits<double>::infinity());
-      from.emplace_back(least.size(), 0);
-      for (int end = round + 1 < count ? 1 : depth_bins; end <= depth_bins; ++end) {
+      std::vector<double> next(least.size(), infinite);
+      auto& first = from.emplace_back(least.size(), 0);
+      for (std::size_t end = round + 1 < count ? 1 : depth_bins; end <= depth_bins; ++end) {
         Sums layer;
-        for (int begin = end - 1; begin >= 0; --begin) {
-          layer.add(area_[static_cast<std::size_t>(begin)],
-                    area_depth_[static_cast<std::size_t>(begin)]);
-          const double sum = least[static_cast<std::size_t>(begin)] + layer.square();
-          if (!(sum < next[static_cast<std::size_t>(end)])) continue;
-          next[static_cast<std::size_t>(end)] = sum;
-          from.back()[static_cast<std::size_t>(end)] = begin;
+        for (auto begin = end; begin-- > 0;) {
+          layer.add(area_[begin], area_depth_[begin]);
+          const double sum = least[begin] + layer.square();
+          if (!(sum < next[end])) continue;
+          next[end] = sum;
+          first[end] = begin;
         }
       }
       least = std::move(next);
     }
     std::vector<double> all;
-    for (int end = depth_bins, round = count - 1; round >= 0; --round) {
-      const int begin = from[static_cast<std::size_t>(round)][static_cast<std::size_t>(end)];
+    auto end = depth_bins;
+    for (auto first = from.rbegin(); first != from.rend(); ++first) {
+      const auto begin = (*first)[end];
       if (const double mean = mean_between(begin, end); std::isfinite(mean))
         all.insert(all.begin(), mean);
       end = begin;
@@ -238,13 +237,13 @@ private:
     return {1 - beyond.first, (z[0] + z[1] + z[2]) / 3 - beyond.second};
   }
 
-  double mean_between(int begin, int end) const {
+  double mean_between(std::size_t begin, std::size_t end) const {
     double area = 0, depth = 0;
-    for (int i = begin; i < end; ++i) {
-      area += area_[static_cast<std::size_t>(i)];
-      depth += area_depth_[static_cast<std::size_t>(i)];
+    for (auto i = begin; i < end; ++i) {
+      area += area_[i];
+      depth += area_depth_[i];
     }
-    return area > 0 ? depth / area : std::numeric_limits<double>::infinity();
+    return area > 0 ? depth / area : infinite;
   }
 
   double near_m_, bin_m_;
@@ -255,11 +254,8 @@ private:
 
 void Extents::add(const Extents& other) {
   for (std::size_t axis = 0; axis < 2; ++axis) {
-    for (const auto& [whole, part] : {std::pair{&tangents[axis], &other.tangents[axis]},
-                                      {&passed[axis], &other.passed[axis]}}) {
-      whole->low = std::min(whole->low, part->low);
-      whole->high = std::max(whole->high, part->high);
-    }
+    tangents[axis].add(other.tangents[axis]);
+    passed[axis].add(other.passed[axis]);
     beyond_m[axis] = std::max(beyond_m[axis], other.beyond_m[axis]);
   }
 }
@@ -295,9 +291,8 @@ Extents extents_of(const World& world, const SeenThrough& seen) {
     const auto& placed = world.placed[i];
     const double side = lies_before(world, i) ? -1 : 1;
     raise_to_largest(
-        placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-        world.motions[i], [&](const glm::dvec3& p_m) { return values_at(p_m, seen, side); }, least,
-        largest);
+        placed.tree, placed.own(world.positions), world.motions[i],
+        [&](const glm::dvec3& p_m) { return values_at(p_m, seen, side); }, least, largest);
   }
   return extents_from(largest);
 }

@@ -15,9 +15,10 @@ namespace raywave {
 
 struct Interval {
   double low = std::numeric_limits<double>::infinity(), high = -low;
-  void add(double x) {
-    low = std::min(low, x);
-    high = std::max(high, x);
+  void add(double x) { add({x, x}); }
+  void add(const Interval& other) {
+    low = std::min(low, other.low);
+    high = std::max(high, other.high);
   }
   double middle() const { return (low + high) / 2; }
   double extent() const { return high - low; }

@@ -30,9 +30,9 @@ Normals normals_of_leaf(const Bvh& bvh, const std::vector<std::int32_t>& sides, 
   std::array<glm::dvec3, BVH_COUNT(-1)> normals;
   for (std::size_t i = first; i < first + count; ++i) {
     const auto& t = bvh.triangles[i];
-    const glm::dvec3 a(t.a[0], t.a[1], t.a[2]), b(t.b[0], t.b[1], t.b[2]),
-        c(t.c[0], t.c[1], t.c[2]);
-    const auto normal = static_cast<double>(sides[i]) * glm::cross(b - a, c - a);
+    const auto a = point_of(t.a);
+    const auto normal =
+        static_cast<double>(sides[i]) * glm::cross(point_of(t.b) - a, point_of(t.c) - a);
     if (glm::length(normal) == 0) return leaf;
     leaf.sum += normal;
     normals[i - first] = direction_of(normal);

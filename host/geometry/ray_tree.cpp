@@ -2,8 +2,6 @@
 #include "host/geometry/ray_tree.hpp"
 
 #include <algorithm>
-#include <cmath>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <numeric>
@@ -37,8 +35,7 @@ struct TriangleHit {
 
 /// Moeller and Trumbore's test.
 std::optional<TriangleHit> meets(const Corners& corners, const Ray& ray, double t_max) {
-  const auto point = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
-  const auto a = point(corners.a), ab = point(corners.b) - a, ac = point(corners.c) - a;
+  const auto a = point_of(corners.a), ab = point_of(corners.b) - a, ac = point_of(corners.c) - a;
   const auto across = glm::cross(ray.direction, ac);
   const double determinant = glm::dot(ab, across);
   if (determinant == 0) return std::nullopt;
@@ -50,13 +47,6 @@ std::optional<TriangleHit> meets(const Corners& corners, const Ray& ray, double 
   if (u < 0 || v < 0 || u + v > 1 || t <= ray.t_min || t >= t_max) return std::nullopt;
   return TriangleHit{t, u, v};
 }
-
-float below(double value) {
-  const auto rounded = static_cast<float>(value);
-  return rounded > value ? std::nextafter(rounded, -INFINITY) : rounded;
-}
-
-float above(double value) { return -below(-value); }
 
 class Builder {
 public:
@@ -87,12 +77,9 @@ private:
 
   /// Sorts the boxes into two halves along the longest axis; returns where the second begins.
   std::size_t divide(std::size_t first, std::size_t end) {
-    glm::dvec3 low(INFINITY), high(-INFINITY);
-    for (auto i = first; i < end; ++i) {
-      low = glm::min(low, sum(order_[i]));
-      high = glm::max(high, sum(order_[i]));
-    }
-    const auto size = high - low;
+    Box sums;
+    for (auto i = first; i < end; ++i) sums.add(sum(order_[i]));
+    const auto size = sums.size_m();
     const int axis = size.x >= size.y && size.x >= size.z ? 0 : size.y >= size.z ? 1 : 2;
     const auto middle = first + (end - first) / 2;
     const auto at = [&](std::size_t i) { return order_.begin() + static_cast<std::ptrdiff_t>(i); };
@@ -105,10 +92,7 @@ private:
 
   Child child(std::size_t first, std::size_t end) {
     Child result{boxes_[order_[first]], 0, end - first == 1};
-    for (auto i = first + 1; i < end; ++i) {
-      result.box.min_m = glm::min(result.box.min_m, boxes_[order_[i]].min_m);
-      result.box.max_m = glm::max(result.box.max_m, boxes_[order_[i]].max_m);
-    }
+    for (auto i = first + 1; i < end; ++i) result.box.add(boxes_[order_[i]]);
     result.number = result.is_leaf ? static_cast<std::int32_t>(order_[first]) : add(first, end);
     return result;
   }
@@ -118,8 +102,8 @@ private:
   static void store(const Child& child, float* min, float* max, std::int32_t& number,
                     std::int32_t& count) {
     for (int axis = 0; axis < 3; ++axis) {
-      min[axis] = below(child.box.min_m[axis]);
-      max[axis] = above(child.box.max_m[axis]);
+      min[axis] = rounded_down(child.box.min_m[axis]);
+      max[axis] = rounded_up(child.box.max_m[axis]);
     }
     number = child.number;
     count = child.is_leaf;
@@ -221,9 +205,8 @@ std::optional<RayHit> RayTree::nearest(std::span<const Motion> motions, glm::dve
       return glm::dvec3(tree.normals[3 * number + corner]);
     };
     const auto& corners = tree.bvh.triangles[place];
-    const auto point = [](const float* p) { return glm::dvec3(p[0], p[1], p[2]); };
-    const auto face =
-        glm::cross(point(corners.b) - point(corners.a), point(corners.c) - point(corners.a));
+    const auto a = point_of(corners.a);
+    const auto face = glm::cross(point_of(corners.b) - a, point_of(corners.c) - a);
     const auto smooth = (1 - hit->u - hit->v) * normal(0) + hit->u * normal(1) + hit->v * normal(2);
     const auto normal_or_face = glm::dot(smooth, smooth) > 0 ? smooth : face;
     best = {hit->t, tree.first_triangle + number, static_cast<std::int32_t>(object),

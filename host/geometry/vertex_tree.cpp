@@ -8,22 +8,24 @@
 namespace raywave {
 namespace {
 
+Box box_of(std::span<const glm::dvec3> positions_m, std::span<const std::uint32_t> vertices) {
+  Box box;
+  for (const auto vertex : vertices) box.add(positions_m[vertex]);
+  return box;
+}
+
 /// Adds the node of the vertices first..first + count, and its subtree behind it. Halves at the
 /// median along the longest side of the box.
 void add_node(std::span<const glm::dvec3> positions_m, std::size_t first, std::size_t count,
               VertexTree& tree) {
   const auto vertices = std::span(tree.vertices).subspan(first, count);
-  glm::dvec3 min_m = positions_m[vertices[0]], max_m = min_m;
-  for (const auto vertex : vertices) {
-    min_m = glm::min(min_m, positions_m[vertex]);
-    max_m = glm::max(max_m, positions_m[vertex]);
-  }
+  const auto box = box_of(positions_m, vertices);
   const auto node = tree.nodes.size();
   tree.nodes.push_back(
-      {min_m, max_m, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count)});
+      {box.min_m, box.max_m, static_cast<std::uint32_t>(first), static_cast<std::uint32_t>(count)});
   if (count <= VertexTree::leaf_size) return;
 
-  const auto size_m = max_m - min_m;
+  const auto size_m = box.size_m();
   const int axis = size_m.x >= size_m.y && size_m.x >= size_m.z ? 0 : size_m.y >= size_m.z ? 1 : 2;
   const auto half = count / 2;
   std::nth_element(vertices.begin(), vertices.begin() + static_cast<std::ptrdiff_t>(half),
@@ -54,12 +56,9 @@ void refit(VertexTree& tree, std::span<const glm::dvec3> positions_m) {
       node.max_m = glm::max(left.max_m, right.max_m);
       continue;
     }
-    const auto vertices = std::span(tree.vertices).subspan(node.first, node.count);
-    node.min_m = node.max_m = positions_m[vertices[0]];
-    for (const auto vertex : vertices) {
-      node.min_m = glm::min(node.min_m, positions_m[vertex]);
-      node.max_m = glm::max(node.max_m, positions_m[vertex]);
-    }
+    const auto box = box_of(positions_m, std::span(tree.vertices).subspan(node.first, node.count));
+    node.min_m = box.min_m;
+    node.max_m = box.max_m;
   }
 }
 

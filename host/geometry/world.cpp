@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/gtc/matrix_transform.hpp>
 #include <glm/mat3x3.hpp>
@@ -33,29 +32,14 @@ constexpr double kSmallestObject_m = 1e-10, kLargestObject_m = 1e4;
 constexpr std::size_t kMaxTriangles = 500'000'000;
 constexpr std::size_t most_area_samples = 1 << 14;
 
-struct Bounds {
-  glm::dvec3 min{INFINITY}, max{-INFINITY};
-  void add(const glm::dvec3& p) {
-    min = glm::min(min, p);
-    max = glm::max(max, p);
-  }
-  void add(const Bounds& other) {
-    min = glm::min(min, other.min);
-    max = glm::max(max, other.max);
-  }
-  glm::dvec3 size() const { return max - min; }
-  glm::dvec3 centre() const { return min + 0.5 * size(); }
-};
-
 /// The box of an object's vertices after a turn, to a few roundings of its size.
-Bounds turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
+Box turned_box(const World& world, const PlacedObject& placed, const glm::dmat3& turn) {
   std::array<double, 6> largest;
   largest.fill(-INFINITY);
   // On a flat side that faces an axis, boxes promise more by a rounding, everywhere.
   const double least = 0x1p-50 * glm::length(placed.max_m - placed.min_m);
   raise_to_largest(
-      placed.tree, std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-      {turn, 1, placed.position_m, glm::dvec3(0), true},
+      placed.tree, placed.own(world.positions), {turn, 1, placed.position_m, glm::dvec3(0), true},
       [](const glm::dvec3& p) { return std::array{p.x, p.y, p.z, -p.x, -p.y, -p.z}; }, least,
       largest);
   return {{-largest[3], -largest[4], -largest[5]}, {largest[0], largest[1], largest[2]}};
@@ -65,8 +49,8 @@ Bounds turned_box(const World& world, const PlacedObject& placed, const glm::dma
 ///
 /// turned     box of the vertices after rotation, in units
 /// mesh_unit  how many of them a mesh unit is
-double scale_of(const Object& object, const Bounds& turned, double mesh_unit) {
-  const glm::dvec3 size = turned.size();
+double scale_of(const Object& object, const Box& turned, double mesh_unit) {
+  const glm::dvec3 size = turned.size_m();
   const double largest = std::max({size.x, size.y, size.z});
   if (object.width_m && size.x <= 1e-9 * largest)
     throw InputError(object.where +
@@ -82,34 +66,35 @@ double scale_of(const Object& object, const Bounds& turned, double mesh_unit) {
 }
 
 /// Refuses a place that an object cannot move to: its cut stays as it was placed.
-void require_move(const Object& object, const PlacedObject& placed, const Bounds& box) {
+void require_move(const Object& object, const PlacedObject& placed, const Box& box) {
   if (placed.is_cut)
     throw InputError(object.where +
                      ": a part of it is cut away, so that it cannot be moved; give a smaller cut");
   // The box of a turned object is known to a few roundings
-  const double roundings = 1e-12 * (glm::length(box.size()) + std::abs(box.max.z));
-  if (object.cut_m > 0 && box.min.z < object.cut_m - roundings)
+  const double roundings = 1e-12 * (glm::length(box.size_m()) + std::abs(box.max_m.z));
+  if (object.cut_m > 0 && box.min_m.z < object.cut_m - roundings)
     throw InputError(object.where + ": it cannot be moved to where a part of it would be cut: " +
-                     "its z runs from " + length_text(box.min.z) + " to " + length_text(box.max.z) +
-                     ", and must be >= cut, " + length_text(object.cut_m));
+                     "its z runs from " + length_text(box.min_m.z) + " to " +
+                     length_text(box.max_m.z) + ", and must be >= cut, " +
+                     length_text(object.cut_m));
 }
 
 /// The motion that places an object's vertices, and their bounding box there.
 struct Placing {
   Motion motion;
-  Bounds box;
+  Box box;
 };
 
 /// turned     box of the vertices after `turn` about `from`
 /// origin     of the mesh's coordinates, turned alike
 /// mesh_unit  how many of the vertices' units a mesh unit is
 Placing placing_of(const Object& object, const glm::dmat3& turn, const glm::dvec3& from,
-                   const Bounds& turned, const glm::dvec3& origin, double mesh_unit) {
+                   const Box& turned, const glm::dvec3& origin, double mesh_unit) {
   const double scale = scale_of(object, turned, mesh_unit);
-  const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre();
+  const glm::dvec3 anchor = object.anchor == Anchor::origin ? origin : turned.centre_m();
   const auto placed = [&](const glm::dvec3& p) { return object.position_m + (p - anchor) * scale; };
   return {{turn, scale, from, placed(glm::dvec3(0)), true},
-          {placed(turned.min), placed(turned.max)}};
+          {placed(turned.min_m), placed(turned.max_m)}};
 }
 
 /// Triangles that stand for all of an object, drawn by area at even steps through the list; all of
@@ -227,25 +212,24 @@ void add(std::int32_t index, const Object& object, const Mesh& mesh, Channels ch
 /// Where a mesh goes as the scene has its object.
 Placing first_placing_of(const Object& object, const Mesh& mesh) {
   const glm::dmat3 rotation = rotation_xyz(object.rotation_deg);
-  Bounds box, turned;
+  Box box, turned;
   for (const auto& p : mesh.positions) box.add(p);
   // Differences first: a mesh far from its own origin keeps its shape.
-  const auto middle = box.centre();
+  const auto middle = box.centre_m();
   for (const auto& p : mesh.positions) turned.add(rotation * (p - middle));
-  const auto placing = placing_of(object, rotation, middle, turned, rotation * -middle, 1);
-  return placing;
+  return placing_of(object, rotation, middle, turned, rotation * -middle, 1);
 }
 
 /// The part of a mesh that lies beyond Object::cut_m; empty: all of it.
 std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing& placing) {
-  if (object.cut_m == 0 || placing.box.min.z >= object.cut_m) return {};
+  if (object.cut_m == 0 || placing.box.min_m.z >= object.cut_m) return {};
   std::vector<double> depths_m;
   for (const auto& p : mesh.positions) depths_m.push_back(placing.motion(p).z);
   auto part = part_above(mesh, depths_m, object.cut_m);
   if (part.triangles.empty())
     throw InputError(object.where + ": nothing of it lies beyond cut, " +
                      length_text(object.cut_m) + ": its z runs from " +
-                     length_text(placing.box.min.z) + " to " + length_text(placing.box.max.z));
+                     length_text(placing.box.min_m.z) + " to " + length_text(placing.box.max_m.z));
   placing.box = {};
   for (const auto& p : part.positions) placing.box.add(placing.motion(p));
   return part;
@@ -254,8 +238,8 @@ std::optional<Mesh> cut_mesh_of(const Object& object, const Mesh& mesh, Placing&
 /// The rest state of an object that deforms: as its vertices are now.
 std::shared_ptr<Deforming> rest_of(const World& world, std::size_t object) {
   const auto& placed = world.placed[object];
-  const auto positions = std::span(world.positions).subspan(placed.first_vertex, placed.vertices);
-  const auto normals = std::span(world.normals).subspan(placed.first_vertex, placed.vertices);
+  const auto positions = placed.own(world.positions);
+  const auto normals = placed.own(world.normals);
   auto rest = std::make_shared<Deforming>();
   rest->rest = {{positions.begin(), positions.end()}, {normals.begin(), normals.end()}};
   rest->weld = weld_positions(rest->rest.positions_m);
@@ -299,12 +283,16 @@ PlacedObject place(const Object& object, const Mesh& mesh, const Placing& placin
           .rotation_deg = object.rotation_deg,
           .width_m = object.width_m,
           .unit_m = placing.motion.scale,
-          .min_m = placing.box.min,
-          .max_m = placing.box.max,
+          .min_m = placing.box.min_m,
+          .max_m = placing.box.max_m,
           .is_cut = is_cut,
           .tree = build_vertex_tree(std::span(world.positions).subspan(first_vertex, count)),
           .deforming = {},
           .shape = {}};
+}
+
+glm::dmat3 turn_from(const PlacedObject& placed, const Object& object) {
+  return rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
 }
 
 /// The motion of an object that moves as a solid, from where it was placed.
@@ -315,11 +303,10 @@ Placing solid_placing_of(const Object& object, const World& world, const PlacedO
   if (placed.is_cut && stays) return {{}, {placed.min_m, placed.max_m}};
   // Others have moved even where they stay: they are instances of their own from the beginning, so
   // that a pose does not depend on those before it
-  const auto turn =
-      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  const auto turn = turn_from(placed, object);
   const auto turned = turned_box(world, placed, turn);
   return {{turn, scale, placed.position_m, object.position_m, true},
-          {object.position_m + scale * turned.min, object.position_m + scale * turned.max}};
+          {object.position_m + scale * turned.min_m, object.position_m + scale * turned.max_m}};
 }
 
 /// The motion of an object that a scene file describes as it stands.
@@ -327,8 +314,7 @@ Placing file_placing_of(const Object& object, const World& world, const PlacedOb
   if (object.position_m == placed.position_m && object.rotation_deg == placed.rotation_deg &&
       object.width_m == placed.width_m)
     return {{}, {placed.min_m, placed.max_m}};
-  const auto turn =
-      rotation_xyz(object.rotation_deg) * glm::transpose(rotation_xyz(placed.rotation_deg));
+  const auto turn = turn_from(placed, object);
   return placing_of(object, turn, placed.position_m, turned_box(world, placed, turn), glm::dvec3(0),
                     placed.unit_m);
 }
@@ -344,12 +330,8 @@ Placing moved_placing_of(const Object& object, const World& world, const PlacedO
 }  // namespace
 
 RayTree ray_tree_of(const World& world) {
-  return {world.positions,
-          world.normals,
-          world.triangles,
-          world.triangle_object,
-          world.object_closed.size(),
-          middle_of(world)};
+  return RayTree(world.positions, world.normals, world.triangles, world.triangle_object,
+                 world.object_closed.size(), middle_of(world));
 }
 
 World place_objects(const Scene& scene, const Meshes& meshes, Textures textures) {
@@ -399,15 +381,14 @@ void set_vertices(World& world, std::size_t object, std::span<const glm::dvec3> 
     throw InputError(name + "it has " + std::to_string(placed.vertices) + " vertices, and " +
                      std::to_string(positions_m.size()) + " positions and " +
                      std::to_string(normals.size()) + " normals are given");
-  const auto is_sound = [](const auto& v) { return is_finite(glm::dvec3(v)); };
+  const auto is_sound = [](const auto& v) { return is_finite(v); };
   if (!std::all_of(positions_m.begin(), positions_m.end(), is_sound) ||
       !std::all_of(normals.begin(), normals.end(), is_sound))
     throw InputError(name + "a position or a normal is NaN or infinite");
   if (placed.is_cut) throw InputError(name + "a part of it is cut away, so that it cannot deform");
   if (!placed.deforming) placed.deforming = rest_of(world, object);
-  const auto first = static_cast<std::ptrdiff_t>(placed.first_vertex);
-  std::copy(positions_m.begin(), positions_m.end(), world.positions.begin() + first);
-  std::copy(normals.begin(), normals.end(), world.normals.begin() + first);
+  std::copy(positions_m.begin(), positions_m.end(), placed.own(world.positions).begin());
+  std::copy(normals.begin(), normals.end(), placed.own(world.normals).begin());
   ++placed.version;
   placed.shape.reset();
   placed.seams_hold = are_together(positions_m, placed.deforming->weld);
@@ -451,7 +432,7 @@ void show_shape(const Object& object, std::size_t index, World& world) {
 }  // namespace
 
 void move_objects(const Scene& scene, World& world) {
-  Bounds all;
+  Box all;
   world.motions.clear();
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     show_shape(scene.objects[i], i, world);
@@ -459,8 +440,8 @@ void move_objects(const Scene& scene, World& world) {
     world.motions.push_back(placing.motion);
     all.add(placing.box);
   }
-  world.min_m = all.min;
-  world.max_m = all.max;
+  world.min_m = all.min_m;
+  world.max_m = all.max_m;
 }
 
 void require_pose(const World& world, std::size_t index, const Object& object) {
@@ -521,9 +502,7 @@ glm::dvec3 middle_of(const World& world) { return (world.min_m + world.max_m) / 
 std::vector<glm::dvec3> positions_now(const World& world) {
   auto positions = world.positions;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
-    const auto& placed = world.placed[i];
-    for (auto& p : std::span(positions).subspan(placed.first_vertex, placed.vertices))
-      p = world.motions[i](p);
+    for (auto& p : world.placed[i].own(positions)) p = world.motions[i](p);
   }
   return positions;
 }
@@ -532,9 +511,7 @@ std::vector<glm::vec3> normals_now(const World& world) {
   auto normals = world.normals;
   for (std::size_t i = 0; i < world.placed.size(); ++i) {
     if (!world.motions[i].moved) continue;
-    const auto& placed = world.placed[i];
-    for (auto& n : std::span(normals).subspan(placed.first_vertex, placed.vertices))
-      n = world.motions[i].turn * glm::dvec3(n);
+    for (auto& n : world.placed[i].own(normals)) n = world.motions[i].turn * glm::dvec3(n);
   }
   return normals;
 }

@@ -45,6 +45,12 @@ struct PlacedObject {
   std::optional<double> shape;                 // Object::shape of its vertices
   std::uint64_t version = 0;                   // of its vertices: another one whenever they change
   bool seams_hold = true;  // vertices that lay at one place when it was placed still do
+
+  /// Those of its vertices, of a vector of the world.
+  template <class Vectors>
+  auto own(Vectors& all) const {
+    return std::span(all).subspan(first_vertex, vertices);
+  }
 };
 
 /// The materials that an object's mesh brings.

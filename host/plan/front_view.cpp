@@ -185,26 +185,22 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(blocks.x) +
            static_cast<std::size_t>(x);
   };
-  std::vector<float> nearest_break(static_cast<std::size_t>(blocks.x) *
-                                   static_cast<std::size_t>(blocks.y));  // 0: none
-  auto ending = nearest_break;  // of these, only where a surface ends
+  std::vector<float> nearest_break(area_of(blocks));  // 0: none
+  auto ending = nearest_break;                        // of these, only where a surface ends
   float farthest = 1e30f;
-  std::size_t cell = 0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x, ++cell) {
-      const float q = nearness(x, y);
-      if (q == 0) continue;
-      farthest = std::min(farthest, q);
-      const glm::ivec2 here(x, y);
-      const bool is_end =
-          ends(here, {1, 0}) || ends(here, {-1, 0}) || ends(here, {0, 1}) || ends(here, {0, -1});
-      view.ends += is_end;
-      view.steep += steep[cell];
-      const auto at = at_block(x / block, y / block);
-      if (is_end) ending[at] = std::max(ending[at], q);
-      if (is_end || steep[cell]) nearest_break[at] = std::max(nearest_break[at], q);
-    }
-  }
+  view.for_surfaces([&](int x, int y, std::size_t cell, double) {
+    const float q = nearness(x, y);
+    if (q == 0) return;
+    farthest = std::min(farthest, q);
+    const glm::ivec2 here(x, y);
+    const bool is_end =
+        ends(here, {1, 0}) || ends(here, {-1, 0}) || ends(here, {0, 1}) || ends(here, {0, -1});
+    view.ends += is_end;
+    view.steep += steep[cell];
+    const auto at = at_block(x / block, y / block);
+    if (is_end) ending[at] = std::max(ending[at], q);
+    if (is_end || steep[cell]) nearest_break[at] = std::max(nearest_break[at], q);
+  });
 
   const auto half = glm::vec2(plan.window_m()) / 2.0f;
   const float width = static_cast<float>(view.step) * static_cast<float>(block);
@@ -235,16 +231,12 @@ void find_breaks(const Plan& plan, const std::vector<bool>& steep, FrontView& vi
   };
   const auto behind_end = behind(ending), behind_break = behind(nearest_break);
   view.partly_hidden.assign(view.depth_m.size(), false);
-  cell = 0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x, ++cell) {
-      if (view.depth_m[cell] == 0) continue;
-      const auto at = at_block(x / block, y / block);
-      view.partly_hidden[cell] = behind_end[at];
-      view.hidden += behind_end[at];
-      view.behind_breaks += behind_break[at];
-    }
-  }
+  view.for_surfaces([&](int x, int y, std::size_t cell, double) {
+    const auto at = at_block(x / block, y / block);
+    view.partly_hidden[cell] = behind_end[at];
+    view.hidden += behind_end[at];
+    view.behind_breaks += behind_break[at];
+  });
 }
 
 /// Replaces mirrors and glass by what they show.
@@ -262,39 +254,34 @@ void add_images(const Plan& plan, const std::vector<float>& specular, FrontView&
                segments = plan.specular.images.segments / plan.specular.images.rays,
                lost = plan.specular.images.lost / plan.specular.images.rays;
   const auto& images = plan.specular.images.all;
-  std::size_t cell = 0;
-  for (int y = 0; y < view.size.y; ++y) {
-    for (int x = 0; x < view.size.x; ++x, ++cell) {
-      if (view.depth_m[cell] == 0 || specular[cell] == 0) continue;
-      ++view.specular;
-      view.segments += segments;
-      view.lost += lost;
-      const bool has_own = specular[cell] < 1;
-      if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
-      const glm::ivec2 at((view.tangent(x, y) - plan.specular.images.low) /
-                          plan.specular.images.step);
-      if (glm::any(glm::lessThan(at, glm::ivec2(0))) ||
-          glm::any(glm::greaterThanEqual(at, plan.specular.images.size)))
-        continue;
-      const int ray = at.y * plan.specular.images.size.x + at.x;
-      float brightest = 0;
-      for (auto i =
-               std::lower_bound(images.begin(), images.end(), ray,
-                                [](const auto&image, int wanted) { return image.ray < wanted; });
-           i != images.end() && i->ray == ray; ++i) {
-        ++view.sources[cell];
-        ++view.images;
-        view.image_surfaces += i->surfaces;
-        const auto shown = static_cast<float>(i->share * mean);
-        view.radiance[cell] += shown;
-        if (shown <= brightest || has_own) continue;
-        brightest = shown;
-        view.depth_m[cell] = static_cast<float>(
-            std::clamp(i->at_m.z, plan.specular.images.near_m, plan.specular.images.far_m));
-        view.shiny[cell] = false;
-      }
+  view.for_surfaces([&](int x, int y, std::size_t cell, double) {
+    if (specular[cell] == 0) return;
+    ++view.specular;
+    view.segments += segments;
+    view.lost += lost;
+    const bool has_own = specular[cell] < 1;
+    if (!has_own) view.sources[cell] = view.depth_m[cell] = view.radiance[cell] = 0;
+    const glm::ivec2 at((view.tangent(x, y) - plan.specular.images.low) /
+                        plan.specular.images.step);
+    if (glm::any(glm::lessThan(at, glm::ivec2(0))) ||
+        glm::any(glm::greaterThanEqual(at, plan.specular.images.size)))
+      return;
+    const int ray = at.y * plan.specular.images.size.x + at.x;
+    float brightest = 0;
+    for (auto i = std::ranges::lower_bound(images, ray, {}, &Images::Image::ray);
+         i != images.end() && i->ray == ray; ++i) {
+      ++view.sources[cell];
+      ++view.images;
+      view.image_surfaces += i->surfaces;
+      const auto shown = static_cast<float>(i->share * mean);
+      view.radiance[cell] += shown;
+      if (shown <= brightest || has_own) continue;
+      brightest = shown;
+      view.depth_m[cell] = static_cast<float>(
+          std::clamp(i->at_m.z, plan.specular.images.near_m, plan.specular.images.far_m));
+      view.shiny[cell] = false;
     }
-  }
+  });
 }
 
 }  // namespace
@@ -307,7 +294,7 @@ FrontView front_view(const Scene& scene, const World& world, const Plan& plan, i
   view.eye_z_m = plan.lattice.eye_m.z;
   const auto from_eye = [&](const glm::dvec3& p_m) { return p_m.z - view.eye_z_m; };
   view.size = glm::max(glm::ivec2(glm::ceil(range / view.step - 1e-9)), glm::ivec2(1));
-  const auto cells = static_cast<std::size_t>(view.size.x) * static_cast<std::size_t>(view.size.y);
+  const auto cells = area_of(view.size);
   view.depth_m.assign(cells, 0);
   view.radiance.assign(cells, 0);
   view.shiny.assign(cells, false);

@@ -55,6 +55,13 @@ struct FrontView {
     return static_cast<std::size_t>(y) * static_cast<std::size_t>(size.x) +
            static_cast<std::size_t>(x);
   }
+  /// Calls `use` with x, y, place in the arrays and depth of each cell with a surface, or of one in
+  /// `every` along both axes.
+  void for_surfaces(const auto& use, int every = 1) const {
+    for (int y = every / 2; y < size.y; y += every)
+      for (int x = every / 2; x < size.x; x += every)
+        if (const double z_m = depth_m[cell(x, y)]; z_m != 0) use(x, y, cell(x, y), z_m);
+  }
   glm::dvec2 tangent(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
   /// Where the ray through a cell's middle meets the plane z_m.
   glm::dvec2 place_m(int x, int y, double z_m) const { return tangent(x, y) * (z_m - eye_z_m); }

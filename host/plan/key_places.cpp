@@ -8,7 +8,6 @@
 #include <numeric>
 #include <random>
 
-#include "host/common/fft_backend.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/padded_plane.hpp"
 
@@ -61,10 +60,6 @@ double share_beyond(double side_a, double side_b, double limit) {
                       : (high - limit) * (high - limit) / ((high - low) * area);
 }
 
-}  // namespace
-
-namespace {
-
 /// Depths of surfaces on one side of the hologram, by their distance.
 struct OneSide {
   double sign, near_m, far_m;
@@ -111,14 +106,21 @@ std::vector<double> depths_of_side_m(const Plan& plan, const OneSide& side, doub
 
 /// From the first depth to the last of each side, `share` of the whole way.
 double depth_at(std::vector<double> depths, double share) {
-  std::sort(depths.begin(), depths.end());
-  const auto beyond =
-      std::find_if(depths.begin(), depths.end(), [](double z_m) { return z_m > 0; });
+  std::ranges::sort(depths);
+  const auto beyond = std::ranges::find_if(depths, [](double z_m) { return z_m > 0; });
   const double before_m = beyond == depths.begin() ? 0 : *(beyond - 1) - depths.front(),
                beyond_m = beyond == depths.end() ? 0 : depths.back() - *beyond,
                along_m = share * (before_m + beyond_m);
   return along_m < before_m || beyond == depths.end() ? depths.front() + along_m
                                                       : *beyond + (along_m - before_m);
+}
+
+/// RefineSettings::views, or their number where the scene leaves it open: 24 of a teapot's are seen
+/// 2 to 3 dB better, and whole pictures 2.5 dB worse (study) to 0.2 better, in 1.8 times the time.
+int planned_views(const RefineSettings& refine) {
+  constexpr int enough = 24;
+  const bool is_limited = refine.iterations || refine.budget_s || !refine.depths_m.empty();
+  return refine.views.value_or(is_limited ? 0 : enough);
 }
 
 }  // namespace
@@ -226,12 +228,6 @@ bool refines_samples(const Plan& plan) {
           refine.iterations.value_or(most_paced_iterations + 1) <= most_paced_iterations);
 }
 
-int planned_views(const RefineSettings& refine) {
-  constexpr int enough = 24;
-  const bool is_limited = refine.iterations || refine.budget_s || !refine.depths_m.empty();
-  return refine.views.value_or(is_limited ? 0 : enough);
-}
-
 std::vector<KeyPlace> planned_places(const Plan& plan) {
   const auto& refine = plan.refine.value();
   const double blur_m = refine.blur_m.value();
@@ -260,7 +256,7 @@ std::vector<KeyPlace> part_places(const Plan& plan, double blur_m, const ViewerS
       depths_m.push_back(near_m - margin_m + (far_m - near_m + 2 * margin_m) * share);
     }
   }
-  std::sort(depths_m.begin(), depths_m.end());
+  std::ranges::sort(depths_m);
 
   std::vector<KeyPlace> places;
   const auto add_round = [&](int round, double z_m, glm::dvec2 shift) {
@@ -335,22 +331,28 @@ int key_lens_points(const KeyPlace& place, int points) {
       2, static_cast<int>(std::ceil(points * std::max(place.aperture.x, place.aperture.y))));
 }
 
-FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
-                             double blur_m, double z_m, glm::dvec2 window_m) {
-  FresnelLimits limits;
+namespace {
+
+/// Whether the Fresnel propagation is near enough to the exact one.
+bool fresnel_serves(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m, double blur_m,
+                    double z_m, glm::dvec2 window_m) {
+  // Rays from the hologram's corners to the window's miss their places by so many standard
+  // deviations of the blur, at most
+  constexpr double most_miss = 2.5;
+  // Share of the pairs of hologram pixels and window points between which the pixels cannot show
+  // the angle: their light is computed at a wrong place
+  constexpr double most_folded = 0.01;
   z_m = std::abs(z_m);
   const glm::dvec2 hologram_m = glm::dvec2(size) * pitch_m;
   // A ray between opposite corners: its frequency says z sin where the exact place is z tan.
   const double across_m = glm::length((hologram_m + window_m) / 2.0);
   const double sine = across_m / std::hypot(across_m, z_m);
-  limits.miss = (across_m - z_m * sine) / std::max(blur_m, glm::min(pitch_m.x, pitch_m.y));
+  const double miss = (across_m - z_m * sine) / std::max(blur_m, glm::min(pitch_m.x, pitch_m.y));
   const glm::dvec2 reach_m = wavelength_m * z_m / (2.0 * pitch_m);
-  limits.folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
-                          (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
-  return limits;
+  const double folded = 1 - (1 - share_beyond(hologram_m.x, window_m.x, reach_m.x)) *
+                                (1 - share_beyond(hologram_m.y, window_m.y, reach_m.y));
+  return miss <= most_miss && folded <= most_folded;
 }
-
-namespace {
 
 constexpr int fringe = 16;  // of edges, in pixels
 
@@ -442,7 +444,7 @@ double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, do
 
 KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
                                double blur_m, double z_m, glm::dvec2 window_m) {
-  if (fresnel_limits(size, pitch_m, wavelength_m, blur_m, z_m, window_m).hold())
+  if (fresnel_serves(size, pitch_m, wavelength_m, blur_m, z_m, window_m))
     return KeyPropagation::fresnel;
   const auto cost = [&](const SpectrumPlanes& planes) {
     return butterflies_of_look(planes, window_m, blur_m);

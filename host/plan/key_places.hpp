@@ -97,10 +97,6 @@ bool serves_samples(const Plan& plan, const ViewerSpec& viewer);
 /// where it does not, with few iterations or behind an eyepiece, and without views of its own.
 bool refines_samples(const Plan& plan);
 
-/// RefineSettings::views, or their number where the scene leaves it open: 24 of a teapot's are seen
-/// 2 to 3 dB better, and whole pictures 2.5 dB worse (study) to 0.2 better, in 1.8 times the time.
-int planned_views(const RefineSettings& refine);
-
 /// The pictures that Plan::refine asks for.
 std::vector<KeyPlace> planned_places(const Plan& plan);
 
@@ -124,26 +120,6 @@ glm::ivec2 samples_through_pupil(const KeyPlace& place, glm::ivec2 plane, glm::d
 ///
 /// points  of the whole hologram's
 int key_lens_points(const KeyPlace& place, int points);
-
-/// How far the Fresnel propagation is from the exact one.
-struct FresnelLimits {
-  // Rays from the hologram's corners to the window's miss their places by so many standard
-  // deviations of the blur
-  double miss = 0;
-  // Share of the pairs of hologram pixels and window points between which the pixels cannot show
-  // the angle: their light is computed at a wrong place
-  double folded = 0;
-
-  bool hold() const { return miss <= most_miss && folded <= most_folded; }
-  static constexpr double most_miss = 2.5, most_folded = 0.01;
-};
-
-/// Of a picture at z_m.
-///
-/// size    pixels of the hologram
-/// blur_m  standard deviation after which pictures are compared
-FresnelLimits fresnel_limits(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
-                             double blur_m, double z_m, glm::dvec2 window_m);
 
 /// How light goes from a hologram to a picture.
 enum class KeyPropagation {
@@ -187,7 +163,10 @@ SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place
 /// Within 1.2 of the time of 14 pictures of three scenes, 6 to 100 mm away (PoCL).
 double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, double blur_m);
 
-/// The fastest propagation to pictures at z_m that is good enough; arguments as fresnel_limits.
+/// The fastest propagation to pictures at z_m that is good enough.
+///
+/// size    pixels of the hologram
+/// blur_m  standard deviation after which pictures are compared
 KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,
                                double blur_m, double z_m, glm::dvec2 window_m);
 

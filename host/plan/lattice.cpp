@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/exponential.hpp>
 #include <glm/geometric.hpp>
 
 #include "host/common/error.hpp"
@@ -13,10 +14,6 @@
 
 namespace raywave {
 namespace {
-
-std::size_t cells_of(const LatticePlan& lattice) {
-  return static_cast<std::size_t>(lattice.size.x) * static_cast<std::size_t>(lattice.size.y);
-}
 
 constexpr double largest_lattice = 1 << 28;  // cells
 
@@ -120,6 +117,16 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
   return lattice;
 }
 
+glm::dvec2 tangents_of_sines(glm::dvec2 sines) {
+  sines = glm::min(sines, 0.999);
+  return sines / glm::sqrt(1.0 - sines * sines);
+}
+
+glm::dvec2 steepest_slope(const Plan& plan) {
+  const auto sine = plan.hologram.largest_sine;
+  return sine / glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - sine * sine));
+}
+
 glm::dvec2 steepest_of_masks(const Plan& plan) {
   // Of light along one axis, farther off the axis along the other
   const auto sine =
@@ -138,9 +145,7 @@ glm::dvec2 limit_m(const Plan& plan, double z_m) {
 std::uint64_t primary_rays(const Plan& plan) {
   if (!plan.samples.aimed) {
     std::uint64_t rays = 0;
-    for (const auto& wrp : plan.wrps)
-      rays += wrp.fan.size() * static_cast<std::uint64_t>(plan.tiling.tile_size.x) *
-              static_cast<std::uint64_t>(plan.tiling.tile_size.y);
+    for (const auto& wrp : plan.wrps) rays += wrp.fan.size() * area_of(plan.tiling.tile_size);
     return rays;
   }
   double rays = 0;
@@ -170,16 +175,15 @@ double ray_bias_m(const World& world, const Plan& plan) {
 
 bool breaks_pay(const LatticePlan& lattice, std::size_t triangles) {
   constexpr std::size_t most_of_a_cell = 16;
-  return triangles <= most_of_a_cell * cells_of(lattice);
+  return triangles <= most_of_a_cell * area_of(lattice.size);
 }
 
 bool shades_parts(const Plan& plan, std::size_t triangles) {
   constexpr std::size_t few_of_a_cell = 3;
   const auto& lighting = plan.lighting;
   return lighting.shadows || lighting.textures > 0 || lighting.diffuse_rays > 0 ||
-         lighting.gloss_rays > 0 ||
-         std::any_of(lighting.lights.begin(), lighting.lights.end(), has_size) ||
-         triangles > few_of_a_cell * cells_of(plan.lattice);
+         lighting.gloss_rays > 0 || std::ranges::any_of(lighting.lights, has_size) ||
+         triangles > few_of_a_cell * area_of(plan.lattice.size);
 }
 
 }  // namespace raywave

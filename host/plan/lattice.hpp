@@ -49,6 +49,12 @@ LatticePlan lattice_from_eye(const Scene& scene, const World& world, const Plan&
 /// is no steeper than the pixels can show.
 inline bool is_near_hologram(const Plan& plan) { return plan.lattice.eye_m.z != 0; }
 
+/// Tangents to the optical axis of rays with these sines, a little less than 1 at most.
+glm::dvec2 tangents_of_sines(glm::dvec2 sines);
+
+/// The same of the steepest light that the plan's pixels show, up to 88 degrees.
+glm::dvec2 steepest_slope(const Plan& plan);
+
 /// Tangents that the visibility masks of such plans divide: of the steepest light that pixels show.
 glm::dvec2 steepest_of_masks(const Plan& plan);
 

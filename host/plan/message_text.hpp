@@ -3,7 +3,7 @@
 #pragma once
 
 #include <algorithm>
-#include <sstream>
+#include <glm/vec2.hpp>
 #include <string>
 #include <utility>
 #include <vector>
@@ -20,10 +20,15 @@ inline std::string count_text(double count) {
   return text.str();
 }
 
+/// "1920 x 1080"
+inline std::string extent_text(glm::ivec2 size) {
+  return std::to_string(size.x) + " x " + std::to_string(size.y);
+}
+
 /// Adds lines that are not there.
 inline void add_lines(std::vector<std::string>& lines, const std::vector<std::string>& more) {
   for (const auto& line : more)
-    if (std::find(lines.begin(), lines.end(), line) == lines.end()) lines.push_back(line);
+    if (std::ranges::find(lines, line) == lines.end()) lines.push_back(line);
 }
 
 /// Lines of several lasers, each once; what not all of them have comes after the wavelength.
@@ -34,8 +39,8 @@ inline std::vector<std::string> lines_of_lasers(
   std::vector<std::string> all;
   for (const auto& [wavelength_m, lines] : lasers) {
     for (const auto& line : lines) {
-      const bool is_common = std::all_of(lasers.begin(), lasers.end(), [&](const auto& other) {
-        return std::find(other.second.begin(), other.second.end(), line) != other.second.end();
+      const bool is_common = std::ranges::all_of(lasers, [&](const auto& other) {
+        return std::ranges::find(other.second, line) != other.second.end();
       });
       add_lines(all, {is_common ? line : length_text(wavelength_m) + ": " + line});
     }

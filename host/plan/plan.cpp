@@ -84,9 +84,7 @@ const DepthLayer& Plan::layer_at(double z_m) const {
 }
 
 std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
-  const auto [first, end] =
-      std::equal_range(wrps.begin(), wrps.end(), Wrp{.tile = tile},
-                       [](const Wrp& a, const Wrp& b) { return a.tile < b.tile; });
+  const auto [first, end] = std::ranges::equal_range(wrps, tile, {}, &Wrp::tile);
   return {static_cast<std::size_t>(first - wrps.begin()),
           static_cast<std::size_t>(end - wrps.begin())};
 }
@@ -94,13 +92,13 @@ std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
 std::size_t Plan::most_wrps_of_a_tile() const {
   std::vector<std::size_t> counts(tiling.tiles.size(), 0);
   for (const auto& wrp : wrps) ++counts[wrp.tile];
-  return *std::max_element(counts.begin(), counts.end());
+  return *std::ranges::max_element(counts);
 }
 
 std::size_t Plan::gathered_pixels() const {
   const int columns =
       std::visit([&](const auto& c) { return c.row_stride(tiling.tile_size); }, carrier);
-  return static_cast<std::size_t>(columns) * static_cast<std::size_t>(gathered_size().y);
+  return area_of({columns, gathered_size().y});
 }
 
 double cone_error_of(const Plan& plan) {

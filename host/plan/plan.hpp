@@ -50,6 +50,11 @@ inline constexpr double blur_of_resolution = 0.6;
 /// sample meet different ones, and floats tell them apart.
 inline constexpr double blend_cells_of_pitch = 32;
 
+/// Pixels of a plane with so many columns and rows.
+inline std::size_t area_of(glm::ivec2 size) {
+  return static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y);
+}
+
 /// A window of the hologram that is computed on its own. All tiles have one size, and overlap where
 /// that does not divide the hologram's.
 struct Tile {
@@ -202,7 +207,7 @@ struct VirtualPlanes {
   double highlight_margin_px = 4;
   // A sample has fewer where its error of them stays below this, relative; 0: all have as many
   double lines_tolerance = 0;
-  // Predicted relative L2 errors of the field (errors.hpp beside it)
+  // Predicted relative L2 errors of the field (errors.cpp beside it)
   double window_error = 0, lines_error = 0;
   // Of light that is the scene's sharpest highlights alone, between the scan lines; no part of
   // error(), since most light is of other kinds
@@ -259,9 +264,8 @@ struct Lighting {
   /// True when `test` holds for a material that some triangle has.
   template <class Test>
   bool any_material(const Test& test) const {
-    return std::any_of(used.begin(), used.end(), [&](std::int32_t i) {
-      return test(materials[static_cast<std::size_t>(i)]);
-    });
+    return std::ranges::any_of(
+        used, [&](std::int32_t i) { return test(materials[static_cast<std::size_t>(i)]); });
   }
 };
 

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <glm/geometric.hpp>
 
+#include "host/plan/lattice.hpp"
 #include "host/plan/plan.hpp"
 
 namespace raywave {
@@ -38,9 +39,7 @@ PhaseErrors phase_errors_of(const Plan& plan) {
     const auto& layer = plan.layer_of(wrp);
     const double depth_m = std::max(std::abs(layer.max_m.z - wrp.centre_m.z),
                                     std::abs(layer.min_m.z - wrp.centre_m.z));
-    const auto slope = plan.hologram.largest_sine /
-                       glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.hologram.largest_sine *
-                                                                      plan.hologram.largest_sine));
+    const auto slope = steepest_slope(plan);
     path_m = std::max(path_m, depth_m * std::hypot(1.0, slope.x, slope.y));
     if (wrp.centre_m.z != 0) propagated_m = std::max(propagated_m, glm::length(wrp.centre_m));
   }

@@ -29,16 +29,6 @@ glm::dvec2 largest_sine_of(double wavelength_m, const Plan& plan) {
   return glm::min(glm::dvec2(1), wavelength_m / (2.0 * plan.hologram.pitch_m));
 }
 
-/// Tangent of the steepest ray to the optical axis that pixels can show, per axis.
-glm::dvec2 steepest_tangent(glm::dvec2 largest_sine) {
-  glm::dvec2 tangent;
-  for (int axis = 0; axis < 2; ++axis) {
-    const double sine = std::min(largest_sine[axis], 0.999);
-    tangent[axis] = sine / std::sqrt(1 - sine * sine);
-  }
-  return tangent;
-}
-
 /// The planes of Method::points and Method::rays, at the hologram itself: one per tile.
 Placement place_at_hologram(const World& world, glm::dvec2 steepest, int rays_per_axis,
                             bool is_near, Plan& plan) {
@@ -212,8 +202,8 @@ void divide_as_asked(const Scene& scene, Method method, const Plan* moved_from, 
   const auto tiles =
       moved_from ? moved_from->tiling.grid : scene.hologram.tiles.value_or(glm::ivec2(1));
   if (const auto why = why_in_one_piece(plan, method); tiles != glm::ivec2(1) && !why.empty()) {
-    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + std::to_string(tiles.x) +
-                     " x " + std::to_string(tiles.y) + ": " + why + "; give hologram.tiles [1, 1]");
+    throw InputError(one_line(scene.file.string()) + ": hologram.tiles " + extent_text(tiles) +
+                     ": " + why + "; give hologram.tiles [1, 1]");
   }
   if (method != Method::wrp) plan.carrier = AtHologram{};
   divide(plan, tiles, scene.wrp.padding);
@@ -283,7 +273,7 @@ bool shows_lens_alone(const Scene& scene, const World& world) {
 
 bool serves_at_hologram(const Scene& scene, const Plan& plan) {
   constexpr double most_lit = 0.35;  // of the hologram, by one place: it takes as long as that
-  const auto spread_m = 2 * plan.extent.closest_m * steepest_tangent(plan.hologram.largest_sine);
+  const auto spread_m = 2 * plan.extent.closest_m * tangents_of_sines(plan.hologram.largest_sine);
   const auto lit = glm::min(spread_m / plan.window_m(), glm::dvec2(1));
   return scene.sampling.mode == SamplingMode::aimed && plan.specular.bounces == 0 &&
          (!scene.refine || scene.viewer.eyepiece_m) && !scene.wrp.grid &&
@@ -310,8 +300,8 @@ Plan assess(const Scene& scene, const World& world, Method method, bool is_near,
   // Pixels turn the light that falls onto them by so much
   const auto& illumination = scene.slm.illumination;
   const auto steepest =
-      steepest_tangent(plan.hologram.largest_sine + glm::abs(illumination.sine) +
-                       glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
+      tangents_of_sines(plan.hologram.largest_sine + glm::abs(illumination.sine) +
+                        glm::abs(illumination.curvature_per_m()) * plan.window_m() / 2.0);
 
   // The encoding. Near the hologram, the field's amplitude is the picture
   plan.hologram.band_filled = moved_from ? moved_from->hologram.band_filled

@@ -310,7 +310,7 @@ private:
 
 /// The middle of values by their light, and that light.
 std::pair<double, double> median(std::vector<std::pair<double, double>>& values) {
-  std::sort(values.begin(), values.end());
+  std::ranges::sort(values);
   double all = 0, before = 0;
   for (const auto& value : values) all += value.second;
   for (const auto& [value, light] : values)
@@ -323,8 +323,7 @@ std::pair<double, double> median(std::vector<std::pair<double, double>>& values)
 void find_folds(const std::vector<Bend>& bends, const Plan& plan, Images& images) {
   const double off_m = glm::length(plan.window_m()) / std::sqrt(12.0);
   const auto neighbour = [&](const Bend& bend, int ray) -> const Bend* {
-    auto at = std::lower_bound(bends.begin(), bends.end(), ray,
-                               [](const Bend& b, int wanted) { return b.ray < wanted; });
+    auto at = std::ranges::lower_bound(bends, ray, {}, &Bend::ray);
     for (; at != bends.end() && at->ray == ray; ++at)
       if (at->surfaces == bend.surfaces && at->share > bend.share / 2 && at->share < bend.share * 2)
         return &*at;
@@ -414,7 +413,10 @@ struct Raster {
   glm::dvec2 low{0};
   double step = 0;
   glm::ivec2 size{0};
-  glm::dvec2 at(int x, int y) const { return low + (glm::dvec2(x, y) + 0.5) * step; }
+  int rays() const { return size.x * size.y; }
+  glm::dvec2 at(int ray) const {
+    return low + (glm::dvec2(ray % size.x, ray / size.x) + 0.5) * step;
+  }
 };
 
 Raster raster_between(glm::dvec2 low, glm::dvec2 high, int along) {
@@ -430,10 +432,7 @@ Images images_of(const World& world, const Plan& plan) {
   if (!plan.has_specular_samples()) return images;
   images.near_m = plan.extent.near_m;
   images.far_m = plan.extent.far_m;
-  const auto largest = plan.hologram.largest_sine /
-                       glm::sqrt(glm::max(glm::dvec2(1e-3), 1.0 - plan.hologram.largest_sine *
-                                                                      plan.hologram.largest_sine));
-  const auto reach = largest + plan.window_m() / (2 * plan.extent.closest_m);
+  const auto reach = steepest_slope(plan) + plan.window_m() / (2 * plan.extent.closest_m);
   const auto raster_of = [&](bool all, int along) {
     const auto [low, high] = tangents_of_objects(world, plan, all);
     return raster_between(glm::clamp(low, -reach, reach), glm::clamp(high, -reach, reach), along);
@@ -443,15 +442,10 @@ Images images_of(const World& world, const Plan& plan) {
   images.step = mirrors.step;
   images.size = mirrors.size;
   Paths paths(world, plan);
-  for (int y = 0; y < mirrors.size.y; ++y) {
-    for (int x = 0; x < mirrors.size.x; ++x)
-      paths.explore(y * mirrors.size.x + x, mirrors.at(x, y), images);
-  }
+  for (int ray = 0; ray < mirrors.rays(); ++ray) paths.explore(ray, mirrors.at(ray), images);
   find_folds(paths.bends(), plan, images);
   double direct = 0;
-  for (int y = 0; y < scene.size.y; ++y) {
-    for (int x = 0; x < scene.size.x; ++x) direct += paths.direct_light(scene.at(x, y));
-  }
+  for (int ray = 0; ray < scene.rays(); ++ray) direct += paths.direct_light(scene.at(ray));
   if (mirrors.step > 0) direct *= scene.step * scene.step / (mirrors.step * mirrors.step);
 
   // The depths that hold nearly all of their light
@@ -461,7 +455,7 @@ Images images_of(const World& world, const Plan& plan) {
     by_depth.emplace_back(image.at_m.z, image.share);
     light += image.share;
   }
-  std::sort(by_depth.begin(), by_depth.end());
+  std::ranges::sort(by_depth);
   const double most = share_beyond * light;
   double nearer = 0, farther = light - direct;
   for (const auto& [z_m, share] : by_depth) {

@@ -3,8 +3,6 @@
 /// on the host. kernels/samples/paths.cl computes the samples.
 #pragma once
 
-#include <glm/vec3.hpp>
-
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 

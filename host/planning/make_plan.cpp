@@ -38,13 +38,7 @@ glm::ivec2 tiles_to_try(const Plan& plan) {
   return plan.tiling.grid;
 }
 
-/// Why a plan has virtual planes, and what it took.
-std::string why_virtual_planes(const Plan& plan) {
-  return "its error of " + percent_text(plan.virtual_planes()->error()) + " is within " +
-         percent_text(most_virtual_plane_error);
-}
-
-/// Why it has none.
+/// Why a plan has no virtual planes.
 std::string why_no_virtual_planes(const Plan& plan) {
   const auto& plane = *plan.virtual_planes();
   return plane.error() > most_virtual_plane_error
@@ -60,9 +54,7 @@ glm::ivec2 tiles_for_memory(const Plan& plan, std::uint64_t largest_buffer_bytes
     tiles = std::exchange(finer, with_more_tiles(plan.hologram.size, finer));
     // However light is gathered, a tile's field lies in one buffer
     const auto size = tile_size_of(plan.hologram.size, tiles);
-    if (8 * static_cast<std::uint64_t>(size.x) * static_cast<std::uint64_t>(size.y) <=
-        largest_buffer_bytes)
-      break;
+    if (8 * area_of(size) <= largest_buffer_bytes) break;
   }
   return tiles;
 }
@@ -205,7 +197,9 @@ private:
         !is_settled_) {
       const auto shortfall = shortfall_of(plan);
       if (shortfall != Shortfall::none) return instead(choice, plan, shortfall);
-      if (!choice.goes_on) plan.why_carrier = why_virtual_planes(plan);
+      if (!choice.goes_on)
+        plan.why_carrier = "its error of " + percent_text(plan.virtual_planes()->error()) +
+                           " is within " + percent_text(most_virtual_plane_error);
     }
     const bool may_leave_wrps = choice.propagation == WrpPropagation::spectrum &&
                                 choice.method == Method::wrp &&

@@ -6,10 +6,9 @@
 #include <glm/common.hpp>
 
 #include "host/carriers/planning/facts.hpp"
-#include "host/common/error.hpp"
-#include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/plan/key_places.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/planning/tiles.hpp"
 
 namespace raywave {
@@ -22,7 +21,6 @@ constexpr double share_without_samples = 7.0 / 8;
 constexpr double grown = 9.0 / 8;
 
 std::uint64_t size(auto n) { return static_cast<std::uint64_t>(n); }
-std::uint64_t area(glm::ivec2 sides) { return size(sides.x) * size(sides.y); }
 
 /// Of a sample as it is found: itself, its visibility mask, the lights that reach it, its colours.
 std::uint64_t bytes_of_found(const Plan& plan) {
@@ -36,12 +34,12 @@ std::uint64_t bytes_of_found(const Plan& plan) {
 void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all) {
   auto& needs = all.device;
   const auto window_m = refine_window_m(plan);
-  const double pixels = static_cast<double>(area(plan.hologram.size)),
+  const double pixels = static_cast<double>(area_of(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
   double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0;
   for (const auto& place : planned_places(plan)) {
     if (place.pupil) {
-      const double samples = static_cast<double>(area(samples_through_pupil(
+      const double samples = static_cast<double>(area_of(samples_through_pupil(
           place, plan.hologram.size, plan.hologram.pitch_m, plan.refine->blur_m.value())));
       in_pupil = 2 * pixels;
       wanted += samples;
@@ -59,9 +57,10 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
       const auto of =
           spectrum_planes(propagation, place, h.size, h.pitch_m, h.wavelength_m, window_m);
       shown_m = glm::dvec2(of.picture) * of.pixel_m;
-      samples = static_cast<double>(area(of.picture));
+      samples = static_cast<double>(area_of(of.picture));
       by_spectrum = std::max(by_spectrum, samples);
-      in_spectrum = std::max(in_spectrum, static_cast<double>(area(of.pixels) + area(of.finer)));
+      in_spectrum =
+          std::max(in_spectrum, static_cast<double>(area_of(of.pixels) + area_of(of.finer)));
     }
     const auto share = glm::min(window_m / shown_m, 1.0);
     wanted += share.x * share.y * samples;
@@ -82,8 +81,8 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
 
 /// What is returned: levels, and the field where it is kept or has to be whole.
 void add_results(const Plan& plan, const MemoryUse& use, MemoryNeeds& all) {
-  const auto pixels =
-      size(plan.hologram.frames) * area(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
+  const auto pixels = size(plan.hologram.frames) *
+                      area_of(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
   const bool holds_field = use.keep_field || (encodes_whole(plan) && !plan.refine && !use.by_tile);
   all.results_bytes += (holds_field ? 9 : 1) * pixels;
   all.host_bytes += (holds_field ? 9 : 1) * pixels;
@@ -97,19 +96,19 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
   auto& needs = all.device;
   if (plan.samples.aimed) {
     const std::string pitch = "a larger sampling.pitch needs less";
-    needs.push_back({"sample lattice", 4 * (area(plan.lattice.size) + 1), pitch});
+    needs.push_back({"sample lattice", 4 * (area_of(plan.lattice.size) + 1), pitch});
     needs.push_back({"samples of a band",
                      std::min(most_band_bytes(use.fft == FftBackend::host),
-                              slots_of_cell * area(plan.lattice.size) * bytes_of_found(plan)),
+                              slots_of_cell * area_of(plan.lattice.size) * bytes_of_found(plan)),
                      pitch});
-    needs.push_back({"breaks of surfaces", 4 * area(plan.lattice.size + 8), pitch});
+    needs.push_back({"breaks of surfaces", 4 * area_of(plan.lattice.size + 8), pitch});
     needs.push_back({"neighbours of triangles", 16 * world.triangles.size(), mesh});
   }
   needs.push_back({"triangles", sizeof(device::Triangle) * world.triangles.size(), mesh});
   // Leaves hold two triangles and more
   needs.push_back({"trees", sizeof(device::BvhNode) * (world.triangles.size() / 3 + 1), mesh});
   needs.push_back({"vertices", 8 * sizeof(float) * world.positions.size(), mesh});
-  const auto all_pixels = area(plan.hologram.size),
+  const auto all_pixels = area_of(plan.hologram.size),
              pictures = size(plan.hologram.frames) * all_pixels;
   if (plan.refine) {
     const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
@@ -138,8 +137,7 @@ std::uint64_t bytes_on_host(const MemoryNeeds& needs, const MemoryLimits& limits
 std::string frames_text(const Plan& plan) {
   return std::to_string(plan.hologram.frames) +
          (plan.hologram.frames == 1 ? " frame of " : " frames of ") +
-         std::to_string(plan.hologram.size.x) + " x " + std::to_string(plan.hologram.size.y) +
-         " pixels: ";
+         extent_text(plan.hologram.size) + " pixels: ";
 }
 
 bool leaves_room(std::uint64_t bytes, std::uint64_t limit) {
@@ -175,7 +173,7 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
                          std::uint64_t largest_buffer_bytes) {
   const int together = frames_together(plan, largest_buffer_bytes);
   const std::string planes = advice_for_planes;
-  const auto pixels = area(plan.tiling.tile_size);
+  const auto pixels = area_of(plan.tiling.tile_size);
   auto all = undivided_needs(world, plan, use);
   if (use.by_tile) add_results(plan, use, all);
   auto& needs = all.device;
@@ -189,7 +187,7 @@ MemoryNeeds memory_needs(const World& world, const Plan& plan, const MemoryUse& 
     needs.push_back({"hologram levels", pixels, planes});
   needs.push_back({"added phases", 2 * pixels, planes});
   if (adds_phases(plan))
-    all.host_bytes += 2 * area(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
+    all.host_bytes += 2 * area_of(use.by_tile ? plan.tiling.tile_size : plan.hologram.size);
   return all;
 }
 
@@ -209,7 +207,7 @@ std::uint64_t host_peak_bytes(const World& world, const Plan& plan, const Memory
   // Measured with PoCL 3.1, whose libraries hold 85 to 105 MB of a process; a triangle's share is
   // that of its object, its tree as it is built
   constexpr std::uint64_t process = 103'000'000, compiler = 165'000'000, of_triangle = 550;
-  const auto pixels = area(plan.hologram.size);
+  const auto pixels = area_of(plan.hologram.size);
   const auto computing = needs.host_bytes - needs.results_bytes + device_bytes;
   const auto writing = 3 * pixels;  // levels as the SLM takes them, and a growing PNG
   return process + (compiles ? compiler : 0) + of_triangle * world.triangles.size() +
@@ -224,7 +222,7 @@ std::string results_shortage(const Plan& plan, const MemoryNeeds& needs, const M
       (plan.tiling.tiles.size() > 1 || !missing_on_device(needs, limits).empty());
   auto bytes = needs.results_bytes;
   if (scales_tiles && !use.keep_field && !encodes_whole(plan))
-    bytes += 8 * size(plan.hologram.frames) * area(plan.hologram.size);
+    bytes += 8 * size(plan.hologram.frames) * area_of(plan.hologram.size);
   if (bytes <= limits.host_bytes) return "";
   std::string without_field;
   if (plan.refine || plan.slm.band != glm::dvec2(1))

@@ -6,11 +6,12 @@
 #include <glm/common.hpp>
 #include <iterator>
 #include <limits>
+#include <span>
+#include <vector>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/extents.hpp"
-#include "host/plan/message_text.hpp"
 
 namespace raywave {
 namespace {
@@ -29,6 +30,35 @@ std::array<Interval, 2> shown_part(std::array<Interval, 2> passed, const Plan& p
     along.high = std::clamp(along.high, centre - reach, centre + reach);
   }
   return passed;
+}
+
+bool holds(const DepthLayer& layer, double z_m) {
+  return layer.begin_m <= z_m && z_m < layer.end_m;
+}
+
+/// The corners of all surfaces in a layer: vertices of the meshes, and where edges enter or leave
+/// the layer; and the images in it.
+///
+/// positions_m  of all vertices
+std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
+                                   const DepthLayer& layer, const Images& images) {
+  std::vector<glm::dvec3> all;
+  for (const auto& image : images.all) {
+    if (images.holds(image) && holds(layer, image.at_m.z)) all.push_back(image.at_m);
+  }
+  for (const auto& p : positions_m) {
+    if (holds(layer, p.z)) all.push_back(p);
+  }
+  for (const double at : {layer.begin_m, layer.end_m}) {
+    if (!std::isfinite(at)) continue;
+    for (const auto& corners : world.triangles) {
+      for (int i = 0; i < 3; ++i) {
+        const auto &a = positions_m[corners[i]], &b = positions_m[corners[(i + 1) % 3]];
+        if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
+      }
+    }
+  }
+  return all;
 }
 
 /// Where a layer's light passes through its plane, per tile.
@@ -86,10 +116,6 @@ constexpr double samples_across_nearest = 3;
 /// Pixels that the cone spans there at least: fewer do not resolve it.
 constexpr double pixels_across_nearest = 8;
 
-bool holds(const DepthLayer& layer, double z_m) {
-  return layer.begin_m <= z_m && z_m < layer.end_m;
-}
-
 /// True for objects without light of their own: all of it passes, or is mirrored.
 bool is_dark(const World& world, const Plan& plan, std::size_t object) {
   const auto shines = [&](std::int32_t of_its_mesh) {
@@ -127,54 +153,10 @@ std::vector<double> middles_of_light(const World& world, const Plan& plan, int l
   return middles_of_surfaces(world, layers, dark, images);
 }
 
-}  // namespace
-
-SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
-                         const Tile& tile) {
-  const double wider = std::max({1.0, plan.tiling.cone.x, plan.tiling.cone.y});
-  return {distance_m, tile.centre_m, plan.tile_window_m() / 2.0, 0.99 * largest_tangent, wider};
-}
-
-Placement place_layers(const Scene& scene, const World& world, glm::dvec2 largest_tangent,
-                       Plan& plan) {
-  // Depths are shared out among the distances at which planes stand.
-  auto distances_m = distances_of(scene, world, plan);
-  const auto positions_m =
-      distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
-  plan.layers = layers_around(std::move(distances_m), world, positions_m, plan.specular.images);
-
-  // Each layer has, for every tile, a grid of planes that covers the light which pixels can show.
-  Placement placement;
-  std::array<Interval, 2> covered;
-  for (auto& layer : plan.layers) {
-    auto light = passed_light(world, positions_m, largest_tangent, plan, layer, placement.extents);
-    auto& grids = placement.grids.emplace_back();
-    for (std::size_t i = 0; i < plan.tiling.tiles.size(); ++i) {
-      const auto grid = grid_of(scene, plan, light.shown[i], light.all_shown);
-      layer.grid = glm::max(layer.grid, grid.size);
-      for (int axis = 0; axis < 2; ++axis) {
-        for (const double side : {-0.5, 0.5})
-          covered[static_cast<std::size_t>(axis)].add(
-              grid.middle_m[axis] + side * grid.size[axis] * plan.tile_window_m()[axis]);
-      }
-      grids.push_back({grid, light.passed[i]});
-      add_chief_tangents(plan, layer, plan.tiling.tiles[i], grid, placement.lit);
-    }
-  }
-
-  // The grid of the plan covers the planes of all layers and tiles.
-  for (int axis = 0; axis < 2; ++axis)
-    plan.grid[axis] =
-        scene.wrp.grid
-            ? (*scene.wrp.grid)[axis]
-            : static_cast<int>(std::ceil(
-                  covered[static_cast<std::size_t>(axis)].extent() / plan.window_m()[axis] - 0.01));
-
-  // Fans, mirrors and glass may bring light from anywhere.
-  if (!plan.samples.aimed || plan.has_specular_samples()) placement.lit = all_tangents;
-  return placement;
-}
-
+/// Distances from the WRPs to the hologram, in metres, front to back. WRPs that gather samples
+/// stand amid the surfaces; those that gather fans stand in front of the nearest one.
+///
+/// throws  InputError for several layers of fans, and for WRPs of fans behind the scene
 std::vector<double> distances_of(const Scene& scene, const World& world, const Plan& plan) {
   // Rays of fans pass from layer to layer, so they allow one distance only.
   const auto& given = scene.wrp.distances_m;
@@ -227,6 +209,10 @@ std::vector<double> distances_of(const Scene& scene, const World& world, const P
   return {plan.extent.near_m - std::min(across / cone, nearest_m / 2)};
 }
 
+/// Layers around these distances, without those in which there is no surface. Every sample belongs
+/// to the layer on whose WRPs it has the smallest footprint.
+///
+/// positions_m  of all vertices; one layer needs none
 std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const World& world,
                                       std::span<const glm::dvec3> positions_m,
                                       const Images& images) {
@@ -268,25 +254,52 @@ std::vector<DepthLayer> layers_around(std::vector<double> distances_m, const Wor
   }
 }
 
-std::vector<glm::dvec3> corners_in(const World& world, std::span<const glm::dvec3> positions_m,
-                                   const DepthLayer& layer, const Images& images) {
-  std::vector<glm::dvec3> all;
-  for (const auto& image : images.all) {
-    if (images.holds(image) && holds(layer, image.at_m.z)) all.push_back(image.at_m);
-  }
-  for (const auto& p : positions_m) {
-    if (holds(layer, p.z)) all.push_back(p);
-  }
-  for (const double at : {layer.begin_m, layer.end_m}) {
-    if (!std::isfinite(at)) continue;
-    for (const auto& corners : world.triangles) {
-      for (int i = 0; i < 3; ++i) {
-        const auto &a = positions_m[corners[i]], &b = positions_m[corners[(i + 1) % 3]];
-        if ((a.z < at) != (b.z < at)) all.push_back(glm::mix(a, b, (at - a.z) / (b.z - a.z)));
+}  // namespace
+
+SeenThrough seen_through(double distance_m, glm::dvec2 largest_tangent, const Plan& plan,
+                         const Tile& tile) {
+  const double wider = std::max({1.0, plan.tiling.cone.x, plan.tiling.cone.y});
+  return {distance_m, tile.centre_m, plan.tile_window_m() / 2.0, 0.99 * largest_tangent, wider};
+}
+
+Placement place_layers(const Scene& scene, const World& world, glm::dvec2 largest_tangent,
+                       Plan& plan) {
+  // Depths are shared out among the distances at which planes stand.
+  auto distances_m = distances_of(scene, world, plan);
+  const auto positions_m =
+      distances_m.size() > 1 ? positions_now(world) : std::vector<glm::dvec3>();
+  plan.layers = layers_around(std::move(distances_m), world, positions_m, plan.specular.images);
+
+  // Each layer has, for every tile, a grid of planes that covers the light which pixels can show.
+  Placement placement;
+  std::array<Interval, 2> covered;
+  for (auto& layer : plan.layers) {
+    auto light = passed_light(world, positions_m, largest_tangent, plan, layer, placement.extents);
+    auto& grids = placement.grids.emplace_back();
+    for (std::size_t i = 0; i < plan.tiling.tiles.size(); ++i) {
+      const auto grid = grid_of(scene, plan, light.shown[i], light.all_shown);
+      layer.grid = glm::max(layer.grid, grid.size);
+      for (int axis = 0; axis < 2; ++axis) {
+        for (const double side : {-0.5, 0.5})
+          covered[static_cast<std::size_t>(axis)].add(
+              grid.middle_m[axis] + side * grid.size[axis] * plan.tile_window_m()[axis]);
       }
+      grids.push_back({grid, light.passed[i]});
+      add_chief_tangents(plan, layer, plan.tiling.tiles[i], grid, placement.lit);
     }
   }
-  return all;
+
+  // The grid of the plan covers the planes of all layers and tiles.
+  for (int axis = 0; axis < 2; ++axis)
+    plan.grid[axis] =
+        scene.wrp.grid
+            ? (*scene.wrp.grid)[axis]
+            : static_cast<int>(std::ceil(
+                  covered[static_cast<std::size_t>(axis)].extent() / plan.window_m()[axis] - 0.01));
+
+  // Fans, mirrors and glass may bring light from anywhere.
+  if (!plan.samples.aimed || plan.has_specular_samples()) placement.lit = all_tangents;
+  return placement;
 }
 
 }  // namespace raywave

@@ -27,4 +27,12 @@ struct Target {
   bool operator==(const Target&) const = default;
 };
 
+/// Launches a kernel that walks along rows: all of a row on CPUs, one packet of it per work-item
+/// elsewhere.
+void run_rows(const cl::Device& device, cl::Kernel kernel, int nx, int ny, const auto&... args) {
+  const auto rows = static_cast<std::size_t>(ny);
+  if (device.info().kind == cl::DeviceKind::cpu) return kernel.run({1, rows}, {1, 1}, args...);
+  kernel.run({static_cast<std::size_t>(nx), rows}, {64, 1}, args...);
+}
+
 }  // namespace raywave

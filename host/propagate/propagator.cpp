@@ -175,8 +175,8 @@ struct Propagator::State {
     if (!std::isfinite(target.shift_m.x) || !std::isfinite(target.shift_m.y) ||
         !std::isfinite(target.distance_m))
       throw InputError("propagation: shift and distance must be finite");
-    const auto known = std::find_if(transfers.begin(), transfers.end(),
-                                    [&](const auto& entry) { return entry.first == target; });
+    const auto known =
+        std::ranges::find(transfers, target, [](auto& entry) { return entry.first; });
     if (known != transfers.end()) return known->second;
     if (transfers.size() == most_transfers) transfers.erase(transfers.begin());
     transfers.emplace_back(target, std::make_shared<Transfer>(transfer_of(

@@ -31,8 +31,8 @@ public:
 
   void load(const cl::ComplexBuffer& field, int frame, const Band&, bool) override {
     const auto n = plan_.spec.size;
-    run_rows(program_.kernel("pad"), plan_.x.padded, plan_.y.padded, field, spectrum_, frame, n.x,
-             n.y, plan_.x.padded, plan_.y.padded);
+    run_rows(device_, program_.kernel("pad"), plan_.x.padded, plan_.y.padded, field, spectrum_,
+             frame, n.x, n.y, plan_.x.padded, plan_.y.padded);
     fft_->forward(spectrum_);
   }
 
@@ -46,11 +46,11 @@ public:
     phase_y_.write(t.phase_y);
     band_x_.write(t.band_x);
     band_y_.write(t.band_y);
-    run_rows((t.two_floats ? program_two_floats_ : program_).kernel("multiply_add"), plan_.x.padded,
-             plan_.y.padded, spectrum_, sum_, phase_x_, phase_y_, power_x_, power_y_, band_x_,
-             band_y_, t.depth_hi, t.depth_lo, t.fades.left, t.fades.right, t.fades.first,
-             t.fades.last, static_cast<float>(plan_.scale), plan_.x.padded, plan_.y.padded,
-             static_cast<std::int32_t>(sum_holds_spectra_));
+    run_rows(device_, (t.two_floats ? program_two_floats_ : program_).kernel("multiply_add"),
+             plan_.x.padded, plan_.y.padded, spectrum_, sum_, phase_x_, phase_y_, power_x_,
+             power_y_, band_x_, band_y_, t.depth_hi, t.depth_lo, t.fades.left, t.fades.right,
+             t.fades.first, t.fades.last, static_cast<float>(plan_.scale), plan_.x.padded,
+             plan_.y.padded, static_cast<std::int32_t>(sum_holds_spectra_));
     sum_holds_spectra_ = true;
   }
 
@@ -58,7 +58,7 @@ public:
     if (!sum_holds_spectra_) return field.fill_zero();
     const auto n = plan_.spec.size;
     fft_->inverse(sum_);
-    run_rows(program_.kernel("crop"), n.x, n.y, sum_, field, n.x, n.y, plan_.x.padded);
+    run_rows(device_, program_.kernel("crop"), n.x, n.y, sum_, field, n.x, n.y, plan_.x.padded);
     sum_holds_spectra_ = false;
   }
 
@@ -66,13 +66,6 @@ private:
   cl::Options options(bool two_floats) const {
     return {{option::lanes, std::to_string(device_.info().float_lanes)},
             {option::two_floats, two_floats ? "1" : "0"}};
-  }
-
-  /// Kernels walk along a row: all of it on CPUs, one packet of it per work-item elsewhere.
-  void run_rows(cl::Kernel kernel, int nx, int ny, const auto&... args) const {
-    const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
-    if (cpu) return kernel.run({1, size(ny)}, {1, 1}, args...);
-    kernel.run({size(nx), size(ny)}, {64, 1}, args...);
   }
 
   cl::Device device_;

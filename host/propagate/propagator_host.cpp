@@ -226,7 +226,7 @@ private:
   }
 
   const Rows& rows_with(int k) const {
-    return *std::find_if(places_.begin(), places_.end(), [&](const Place& place) {
+    return *std::ranges::find_if(places_, [&](const Place& place) {
               return place.rows.contains(k);
             })->in;
   }

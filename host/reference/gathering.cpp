@@ -48,7 +48,7 @@ public:
             const device::CompactFootprint& at)
       : what_(what),
         plan_(what.plan),
-        planes_(planes_of(plan_)),
+        planes_(*plan_.virtual_planes()),
         sample_(sample),
         z0_m_(std::abs(wrp.centre_m.z)),
         at_(at) {

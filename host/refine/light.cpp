@@ -14,6 +14,7 @@
 #include "host/common/plane_fft.hpp"
 #include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave::refinement {
 namespace {
@@ -23,7 +24,6 @@ using Sample = std::complex<float>;
 constexpr int packet = PictureGrid::packet;
 
 std::size_t count_of(int n) { return static_cast<std::size_t>(n); }
-std::size_t area(glm::ivec2 n) { return count_of(n.x) * count_of(n.y); }
 int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 
 /// Samples from a row of a hologram to the next.
@@ -49,7 +49,7 @@ double clip_of(const cl::ComplexBuffer& field) {
           amplitudes.push_back(std::abs(samples[i]));
       },
       0, field.size());
-  const float dark = least_lit * *std::max_element(amplitudes.begin(), amplitudes.end());
+  const float dark = least_lit * *std::ranges::max_element(amplitudes);
   std::erase_if(amplitudes, [dark](float a) { return !(a > dark); });
   if (amplitudes.empty()) return 0;
   const auto nth = amplitudes.begin() + static_cast<std::ptrdiff_t>(amplitudes.size() / 10 * 9);
@@ -80,8 +80,7 @@ void PhaseStack::resize(glm::ivec2 size, int frames) {
   const auto pitch = row_pitch(size);
   const std::size_t all = count_of(frames) * count_of(size.y) * count_of(pitch);
   if (all > std::numeric_limits<std::uint32_t>::max())
-    throw InputError("refinement: " + std::to_string(frames) + " frames of " +
-                     std::to_string(size.x) + " x " + std::to_string(size.y) +
+    throw InputError("refinement: " + std::to_string(frames) + " frames of " + extent_text(size) +
                      " pixels are too many for one call; refine fewer frames at a time");
   if (size == size_ && frames == frames_) return;
   samples = {};  // frees the old memory first
@@ -114,7 +113,7 @@ void PhaseStack::take(const cl::ComplexBuffer& field, glm::ivec2 from, glm::ivec
 }
 
 const cl::ComplexBuffer& PhaseStack::frame(int frame) {
-  if (frame_.size() != area(size_)) frame_ = {device_, area(size_), "phases of a hologram"};
+  if (frame_.size() != area_of(size_)) frame_ = {device_, area_of(size_), "phases of a hologram"};
   frame_.copy_rows_from(samples, first(frame, {0, 0}), count_of(size_.x), count_of(pitch_));
   return frame_;
 }
@@ -164,6 +163,10 @@ struct Light::State {
   cl::ComplexBuffer& plane(std::size_t key) { return planes[count_of(grids[key].slot)]; }
   void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
               int nx, int columns, int rows);
+  void spread_hologram(const PhaseStack& holograms, int frame, const Tables& t, float side,
+                       cl::ComplexBuffer& to, int nx, int columns, int rows);
+  void step_phases(PhaseStack& holograms, int frame, const Tables& t, float side,
+                   const cl::ComplexBuffer& change, int pitch, double step);
   void spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
                     const cl::ComplexBuffer& columns_chirp, const cl::ComplexBuffer& rows_chirp,
                     glm::ivec2 open, cl::ComplexBuffer& to, int nx, int columns, int rows);
@@ -220,7 +223,7 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
     const auto& grid = grids[key];
     largest.resize(std::max(largest.size(), count_of(grid.slot) + 1));
     auto& samples = largest[count_of(grid.slot)];
-    samples = std::max(samples, area(grid.size));
+    samples = std::max(samples, area_of(grid.size));
     Tables t;
     t.open = grid.open;
     if (is(Propagation::fresnel, key)) {
@@ -251,7 +254,7 @@ void Light::State::fit_transform(glm::ivec2 size) {
 
 /// Room for a plane, and for a packet beyond its last row's end.
 void Light::State::make_room(cl::ComplexBuffer& plane, glm::ivec2 size, const char* what) {
-  const auto samples = area(size) + packet;
+  const auto samples = area_of(size) + packet;
   if (plane.size() >= samples) return;
   plane = {};  // frees the old memory first
   plane = {device, samples, what};
@@ -380,10 +383,25 @@ void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t ke
                         static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x), pitch,
                         t.column_chirp, t.row_chirp, t.open.size, to, nx, columns, rows);
   }
+  spread_hologram(holograms, frame, t, grids[key].side, to, nx, columns, rows);
+}
+
+void Light::State::spread_hologram(const PhaseStack& holograms, int frame, const Tables& t,
+                                   float side, cl::ComplexBuffer& to, int nx, int columns,
+                                   int rows) {
   run_rows(device, kernel("spread"), columns, rows, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), grids[key].side, beam,
+           holograms.first(frame, t.open.first), holograms.pitch(), side, beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
            t.open.size.y, to, nx, columns, rows);
+}
+
+/// Adds `change`, in rows of `pitch` samples, to the holograms, and takes the phases.
+void Light::State::step_phases(PhaseStack& holograms, int frame, const Tables& t, float side,
+                               const cl::ComplexBuffer& change, int pitch, double step) {
+  run_rows(device, kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
+           holograms.first(frame, t.open.first), holograms.pitch(), side, beam,
+           holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
+           t.open.size.y, change, pitch, static_cast<float>(step));
 }
 
 /// As `spread`, of light in rows of `pitch` samples, from `first` on.
@@ -481,13 +499,9 @@ OpenPart Light::read_back(std::size_t key) const {
 void Light::enter_pupil(const PhaseStack& holograms, int frame) {
   auto& s = *state_;
   if (!s.to_pupil) return;
-  const auto& t = *s.to_pupil;
-  const auto n = s.optics.size,
-             written = s.backend == cl::FftBackend::host ? n : s.optics.pupil_plane;
-  run_rows(s.device, s.kernel("spread"), written.x, written.y, holograms.samples,
-           holograms.first(frame, {0, 0}), holograms.pitch(), 1.0f, s.beam,
-           holograms.first(0, {0, 0}), t.column_chirp, t.row_chirp, n.x, n.y, s.in_pupil,
-           s.optics.pupil_plane.x, written.x, written.y);
+  const auto all = s.optics.pupil_plane,
+             written = s.backend == cl::FftBackend::host ? s.optics.size : all;
+  s.spread_hologram(holograms, frame, *s.to_pupil, 1, s.in_pupil, all.x, written.x, written.y);
   s.transform_pupil(s.in_pupil, false);
   s.added_in_pupil.fill_zero();
 }
@@ -495,13 +509,8 @@ void Light::enter_pupil(const PhaseStack& holograms, int frame) {
 void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
   auto& s = *state_;
   if (!s.to_pupil) return;
-  const auto& t = *s.to_pupil;
-  const auto n = s.optics.size;
   s.transform_pupil(s.added_in_pupil, true);
-  run_rows(s.device, s.kernel("step_phase"), n.x, n.y, holograms.samples,
-           holograms.first(frame, {0, 0}), holograms.pitch(), 1.0f, s.beam,
-           holograms.first(0, {0, 0}), t.column_chirp, t.row_chirp, n.x, n.y, s.added_in_pupil,
-           s.optics.pupil_plane.x, static_cast<float>(step));
+  s.step_phases(holograms, frame, *s.to_pupil, 1, s.added_in_pupil, s.optics.pupil_plane.x, step);
 }
 
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
@@ -526,10 +535,8 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
                     t.column_chirp, t.row_chirp, t.open.size.x, t.open.size.y, change,
                     s.back_pitch(key), static_cast<float>(factor * factor));
   }
-  run_rows(s.device, s.kernel("step_phase"), t.open.size.x, t.open.size.y, holograms.samples,
-           holograms.first(frame, t.open.first), holograms.pitch(), s.grids[key].side, s.beam,
-           holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
-           t.open.size.y, change, s.back_pitch(key), static_cast<float>(step * factor * factor));
+  s.step_phases(holograms, frame, t, s.grids[key].side, change, s.back_pitch(key),
+                step * factor * factor);
 }
 
 const cl::ComplexBuffer& Light::back(std::size_t key) { return state_->back(key); }
@@ -546,7 +553,7 @@ double Light::unitary(std::size_t key) const {
   const auto& grid = this->grid(key);
   if (grid.propagation == Propagation::exact) return 1;
   const auto fine = grid.spectrum.fine();
-  return std::sqrt(fine.x * fine.y / static_cast<double>(area(grid.size)));
+  return std::sqrt(fine.x * fine.y / static_cast<double>(area_of(grid.size)));
 }
 
 }  // namespace raywave::refinement

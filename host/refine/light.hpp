@@ -10,6 +10,7 @@
 #include "cl/fft.hpp"
 #include "cl/program.hpp"
 #include "host/common/npy.hpp"
+#include "host/propagate/propagation.hpp"
 #include "host/refine/picture_grid.hpp"
 
 namespace raywave::refinement {
@@ -99,14 +100,5 @@ private:
   struct State;
   std::unique_ptr<State> state_;
 };
-
-/// Launches a kernel that walks along rows: all of a row on CPUs, one packet of it per work-item
-/// elsewhere.
-template <class... Args>
-void run_rows(const cl::Device& device, cl::Kernel kernel, int nx, int ny, const Args&... args) {
-  const auto rows = static_cast<std::size_t>(ny);
-  if (device.info().kind == cl::DeviceKind::cpu) return kernel.run({1, rows}, {1, 1}, args...);
-  kernel.run({static_cast<std::size_t>(nx), rows}, {64, 1}, args...);
-}
 
 }  // namespace raywave::refinement

@@ -6,12 +6,12 @@
 #include <cmath>
 #include <glm/common.hpp>
 #include <glm/exponential.hpp>
-#include <glm/geometric.hpp>
 #include <numbers>
 
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/padded_plane.hpp"
+#include "host/view/compare.hpp"
 #include "host/view/reconstruct.hpp"
 
 namespace raywave::refinement {
@@ -25,14 +25,8 @@ int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
 constexpr double blur_of_dots = 0.5;
 
 std::vector<float> blur_weights(double sigma_px, int most = 1 << 20) {
-  const int radius = std::min(static_cast<int>(4 * sigma_px + 0.5), most);
-  std::vector<double> weights{1};
-  double sum = 1;
-  for (int k = 1; k <= radius; ++k) {
-    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
-    sum += 2 * weights.back();
-  }
-  for (double& w : weights) w /= sum;
+  const auto weights =
+      gaussian_weights(sigma_px, std::min(static_cast<int>(4 * sigma_px + 0.5), most));
   return {weights.begin(), weights.end()};
 }
 
@@ -130,7 +124,7 @@ std::array<double, 4> cubic(double t) {
 
 /// The picture as a Fresnel propagation sees it. Light that it brings to x arrives at x + dx, dx
 /// being (x - h) |x - h|^2 / (2 z^2) for a pixel h of the hologram: a frequency is a sine, not a
-/// tangent. The mean of dx over the open part is made up for here; FresnelLimits bound the rest.
+/// tangent. The mean of dx over the open part is made up for here; key_propagation bounds the rest.
 std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
                              const std::vector<float>& picture) {
   const auto known = grid.known_size;
@@ -410,7 +404,7 @@ std::vector<float> blurred_target(const Optics& optics, const Key& key, const Pi
       places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
   if (grid.propagation == Propagation::fresnel && !grid.pupil)
     blurred = bent_back(optics, grid, blurred);
-  std::vector<float> target(static_cast<std::size_t>(region.x) * region.y, -1.0f);
+  std::vector<float> target(area_of(region), -1.0f);
   for (int y = 0; y < known.y; ++y) {
     const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;
     std::copy(

@@ -6,7 +6,6 @@
 #include <cmath>
 #include <numeric>
 #include <random>
-#include <utility>
 #include <vector>
 
 #include "cl/program.hpp"
@@ -24,7 +23,6 @@ using refinement::Light;
 using refinement::PhaseStack;
 using refinement::PictureGrid;
 using refinement::Propagation;
-using refinement::run_rows;
 using Clock = std::chrono::steady_clock;
 
 double seconds_since(Clock::time_point start) {
@@ -68,9 +66,6 @@ Propagation propagation_of(const refinement::Optics& optics, const RefineKey& ke
 /// Refuses what the device has no memory for, before any is taken.
 void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_plane, int frames,
                     const std::vector<PictureGrid>& grids) {
-  const auto area = [](glm::ivec2 n) {
-    return static_cast<std::uint64_t>(n.x) * static_cast<std::uint64_t>(n.y);
-  };
   const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
   std::vector<cl::MemoryNeed> needs;
   std::vector<std::uint64_t> planes, wides;  // by slot
@@ -79,22 +74,22 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
     const auto slot = static_cast<std::size_t>(grid.slot);
     planes.resize(std::max(planes.size(), slot + 1));
     wides.resize(planes.size());
-    planes[slot] = std::max(planes[slot], area(grid.size));
-    wides[slot] = std::max(wides[slot], area(grid.wide_size()));
+    planes[slot] = std::max(planes[slot], area_of(grid.size));
+    wides[slot] = std::max(wides[slot], area_of(grid.wide_size()));
     if (grid.propagation != Propagation::fresnel)
-      spectra = std::max(spectra, area(grid.spectrum.pixels) + area(grid.spectrum.finer));
-    needs.push_back({"wanted picture", area(grid.region_size) * 4, advice});
+      spectra = std::max(spectra, area_of(grid.spectrum.pixels) + area_of(grid.spectrum.finer));
+    needs.push_back({"wanted picture", area_of(grid.region_size) * 4, advice});
     if (frames > 1)
-      needs.push_back({"intensity of former frames", area(grid.region_size) * 4, advice});
+      needs.push_back({"intensity of former frames", area_of(grid.region_size) * 4, advice});
   }
   needs.push_back(
       {"phases of the holograms",
-       area({size.x + 2 * PictureGrid::packet, size.y}) * static_cast<std::uint64_t>(frames) * 8,
+       area_of({size.x + 2 * PictureGrid::packet, size.y}) * static_cast<std::uint64_t>(frames) * 8,
        advice});
   if (pupil_plane.x > 0)
-    needs.push_back({"light in the pupil's plane", area(pupil_plane) * 16, advice});
+    needs.push_back({"light in the pupil's plane", area_of(pupil_plane) * 16, advice});
   if (spectra > 0) needs.push_back({"spectrum of the hologram", spectra * 8, advice});
-  needs.push_back({"intensity", *std::max_element(wides.begin(), wides.end()) * 4, advice});
+  needs.push_back({"intensity", *std::ranges::max_element(wides) * 4, advice});
   for (std::size_t slot = 0; slot < planes.size(); ++slot) {
     needs.push_back({"light of the pictures", planes[slot] * 8, advice});
     needs.push_back({"blurred intensity", wides[slot] * 4, advice});
@@ -140,7 +135,7 @@ public:
   std::size_t next() {
     if (in_order_) return turn_++ % times_.size();
     for (std::size_t key = 0; key < times_.size(); ++key) waited_[key] += times_[key];
-    const auto longest = std::max_element(waited_.begin(), waited_.end());
+    const auto longest = std::ranges::max_element(waited_);
     *longest -= all_;
     return static_cast<std::size_t>(longest - waited_.begin());
   }
@@ -205,17 +200,17 @@ public:
     for (const auto& grid : grids) {
       blurred.resize(std::max(blurred.size(), static_cast<std::size_t>(grid.slot) + 1));
       auto& of_slot = blurred[static_cast<std::size_t>(grid.slot)];
-      of_slot = std::max(of_slot, pixels({grid.region_size.x, grid.wide_size().y}));
-      wide = std::max(wide, pixels(grid.wide_size()));
-      region = std::max(region, pixels(grid.region_size));
+      of_slot = std::max(of_slot, area_of({grid.region_size.x, grid.wide_size().y}));
+      wide = std::max(wide, area_of(grid.wide_size()));
+      region = std::max(region, area_of(grid.region_size));
       rows = std::max(rows, static_cast<std::size_t>(grid.region_size.y));
     }
-    make_room(wide_, wide, "intensity");
+    make_room(device_, wide_, wide, "intensity");
     blurred_.resize(std::max(blurred_.size(), blurred.size()));
     for (std::size_t slot = 0; slot < blurred.size(); ++slot)
-      make_room(blurred_[slot], blurred[slot], "blurred intensity");
-    make_room(shown_, region, "picture");
-    make_room(row_sums_, rows, "light of rows");
+      make_room(device_, blurred_[slot], blurred[slot], "blurred intensity");
+    make_room(device_, shown_, region, "picture");
+    make_room(device_, row_sums_, rows, "light of rows");
     pictures_.resize(keys.size());
 
     auto& threads = cl::Threads::shared();
@@ -235,7 +230,7 @@ public:
         return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
       };
       auto& picture = pictures_[key];
-      make_room(picture.target, pixels(grid.region_size), "target");
+      make_room(device_, picture.target, area_of(grid.region_size), "target");
       if (keys[key].samples) {
         picture.weights_x = on_device(grid.sample_weights_x);
         picture.weights_y = on_device(grid.sample_weights_y);
@@ -252,7 +247,7 @@ public:
       if (!(picture.light > 0) && !keys[key].samples)
         throw InputError("refinement: the picture at " + length_text(grid.z_m) + " is black");
       if (feeds_back) {
-        make_room(picture.former, pixels(grid.region_size), "intensity of former frames");
+        make_room(device_, picture.former, area_of(grid.region_size), "intensity of former frames");
         picture.former.fill_zero();
       }
     }
@@ -330,20 +325,10 @@ public:
   double brightness() const { return unit_ / scale_; }
 
 private:
-  static std::size_t pixels(glm::ivec2 n) {
-    return static_cast<std::size_t>(n.x) * static_cast<std::size_t>(n.y);
-  }
-
   struct Picture {
     cl::Buffer<float> target, former, weights_x, weights_y;
     double light = 0;  // sum of the target
   };
-
-  void make_room(cl::Buffer<float>& buffer, std::size_t size, const char* name) {
-    if (buffer.size() >= size) return;
-    buffer = {};  // frees the old memory first
-    buffer = {device_, size + size / 8, name};
-  }
 
   cl::Buffer<float>& blurred_of(const PictureGrid& grid) {
     return blurred_[static_cast<std::size_t>(grid.slot)];
@@ -443,8 +428,7 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
   require_memory(device, holograms.size(), optics.pupil_plane, frames, grids);
   const auto bright_key = key_of_brightness(grids);
   const auto bright_round = static_cast<std::size_t>(
-      std::find_if(rounds.begin(), rounds.end(),
-                   [&](const Round& round) { return bright_key < round.end; }) -
+      std::ranges::find_if(rounds, [&](const Round& round) { return bright_key < round.end; }) -
       rounds.begin());
   loop.fit(optics, keys, grids, frames > 1);
   device.finish();

@@ -6,6 +6,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave {
 
@@ -43,10 +44,9 @@ void RefineStage::prepare(const Plan& plan, const FieldStack* start) {
   if (start && (start->nx != plan.hologram.size.x || start->ny != plan.hologram.size.y ||
                 start->frames != plan.hologram.frames))
     throw InputError("refinement is to begin with " + std::to_string(start->frames) +
-                     " frames of " + std::to_string(start->nx) + " x " + std::to_string(start->ny) +
+                     " frames of " + extent_text({start->nx, start->ny}) +
                      " samples; the scene has " + std::to_string(plan.hologram.frames) + " of " +
-                     std::to_string(plan.hologram.size.x) + " x " +
-                     std::to_string(plan.hologram.size.y));
+                     extent_text(plan.hologram.size));
   if (!refiner_) refiner_.emplace(device_, backend_);
   has_start_ = start != nullptr;
   if (start)

@@ -118,8 +118,7 @@ public:
 
   /// The sum of all boxes.
   std::vector<float> picture() const {
-    std::vector<float> result(static_cast<std::size_t>(wide_.x) *
-                              static_cast<std::size_t>(wide_.y));
+    std::vector<float> result(area_of(wide_));
     std::vector<double> column(static_cast<std::size_t>(wide_.x));
     for (int y = 0; y < wide_.y; ++y) {
       const float* changes = changes_.data() + static_cast<std::ptrdiff_t>(y) * stride_;

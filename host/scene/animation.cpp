@@ -5,7 +5,6 @@
 #include <array>
 #include <charconv>
 #include <cmath>
-#include <glm/geometric.hpp>
 #include <string_view>
 #include <utility>
 
@@ -81,14 +80,11 @@ void read_target(const Value& v, std::size_t objects, const std::vector<Light>& 
 
 double read_depth_m(const Value& v) { return v.length_m(between(1e-9, 1e4)); }
 
-glm::dvec2 read_pair(const Value& v, const char* shape, const Range& range) {
-  return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
-}
 glm::dvec2 read_view(const Value& v) {
-  return read_pair(v, "two numbers [x, y], in half holograms", between(-1, 1));
+  return v.numbers<glm::dvec2>("two numbers [x, y], in half holograms", between(-1, 1));
 }
 glm::dvec2 read_aperture(const Value& v) {
-  return read_pair(v, "two numbers [x, y], in holograms", between(1e-3, 1));
+  return v.numbers<glm::dvec2>("two numbers [x, y], in holograms", between(1e-3, 1));
 }
 
 glm::dvec3 read_key(const Value& v, Animated what) {
@@ -98,11 +94,8 @@ glm::dvec3 read_key(const Value& v, Animated what) {
       return v.lengths_m(between(-1e4, 1e4));
     case Animated::object_rotation:
       return v.numbers(between(-1e6, 1e6));
-    case Animated::light_direction: {
-      const auto direction = v.numbers(between(-1e6, 1e6));
-      if (glm::length(direction) < 1e-9) v.fail("longer than 0");
-      return direction;
-    }
+    case Animated::light_direction:
+      return v.direction();
     case Animated::object_scale:
       return {v.number(between(1e-6, 1e6)), 0, 0};
     case Animated::object_mesh:
@@ -131,9 +124,8 @@ double read_time(const Value& v, const Animation& animation) {
              number_text(most - 1) + " makes a part of the animation)");
     return picture;
   }
-  const double s = given_moment_s(v.node->as_string()->get(),
-                                  v.document->where(*v.node, v.path) + ": " + v.label);
-  const double picture = s * animation.rate_per_s;
+  const double picture =
+      given_moment_s(v.node->as_string()->get(), v.where()) * animation.rate_per_s;
   if (picture > most + 1e-9)
     v.fail("at most " + number_text(animation.pictures / animation.rate_per_s) +
            " s, where the animation ends");
@@ -144,8 +136,7 @@ double read_time(const Value& v, const Animation& animation) {
 std::vector<Value> elements(const Value& v, const char* must_be) {
   if (!v.is_array()) v.fail(must_be);
   std::vector<Value> all;
-  for (const auto& node : *v.node->as_array())
-    all.push_back({v.document, &node, v.path, v.label + "[" + std::to_string(all.size()) + "]"});
+  while (all.size() < v.node->as_array()->size()) all.push_back(v.element(all.size()));
   if (all.empty() || all.size() > most_keys)
     v.fail("a list of 1 to " + std::to_string(most_keys) + " keys");
   return all;
@@ -191,13 +182,12 @@ Track read_track(Section section, const Animation& animation, std::size_t object
 Camera read_camera(Section section) {
   Camera camera;
   section.read("depth", [&](const Value& v) {
-    if (!v.is_auto()) camera.depth_m = read_depth_m(v);
+    if (!v.is("auto")) camera.depth_m = read_depth_m(v);
   });
   section.read("view", [&](const Value& v) { camera.view = read_view(v); });
   section.read("aperture", [&](const Value& v) { camera.aperture = read_aperture(v); });
   section.read("window", [&](const Value& v) {
-    camera.window_m = v.vector<glm::dvec2>(
-        "two lengths [x, y]", [](const Value& one) { return one.length_m(between(1e-9, 1e4)); });
+    camera.window_m = v.lengths_m<glm::dvec2>("two lengths [x, y]", between(1e-9, 1e4));
   });
   section.finish();
   return camera;

@@ -15,7 +15,6 @@ constexpr int kMaxDotsPerLine = 32;
 
 }  // namespace
 
-/// "1 to 8", ">= 0"; for a one-sided range only the bound that the value violates.
 std::string range_text(const Range& range, double value, std::string (*format)(double)) {
   if (!range.one_sided) return format(range.min) + " to " + format(range.max);
   if (value > range.max) return "<= " + format(range.max);

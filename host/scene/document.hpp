@@ -9,6 +9,7 @@
 #include <cmath>
 #include <cstdint>
 #include <filesystem>
+#include <glm/geometric.hpp>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
@@ -76,20 +77,20 @@ struct Value {
   std::string path;   // "materials.gold.shininess"
   std::string label;  // "material "gold": shininess"
 
+  /// "scene.toml:3: slm: lut"
+  std::string where() const { return document->where(*node, path) + ": " + label; }
+
   [[noreturn]] void fail(const std::string& must_be) const {
-    throw InputError(document->where(*node, path) + ": " + label + " must be " + must_be +
-                     ", got " + describe(*node));
+    throw InputError(where() + " must be " + must_be + ", got " + describe(*node));
   }
 
   /// The same in words of the caller's: "scene.toml:3: slm: lut turns back".
   [[noreturn]] void refuse(const std::string& what) const {
-    throw InputError(document->where(*node, path) + ": " + label + " " + what);
+    throw InputError(where() + " " + what);
   }
 
   /// Leaves a note that starts with the value's place.
-  void note(const std::string& what) const {
-    document->notes.push_back(document->where(*node, path) + ": " + label + ": " + what);
-  }
+  void note(const std::string& what) const { document->notes.push_back(where() + ": " + what); }
 
   double number(const Range& range) const {
     const auto value = node->value<double>();
@@ -101,8 +102,7 @@ struct Value {
   double length_m(const Range& range, double doubted_m = least_doubted_m) const {
     auto value = node->is_number() ? node->value<double>() : std::nullopt;
     if (const auto* text = node->as_string()) {
-      const double length_m =
-          parse_length_m(text->get(), document->where(*node, path) + ": " + label);
+      const double length_m = parse_length_m(text->get(), where());
       value = bare_number(text->get());
       if (!value) return checked(length_m, range, length_text);
     }
@@ -161,8 +161,15 @@ struct Value {
   bool is(std::string_view text) const {
     return node->is_string() && node->as_string()->get() == text;
   }
-  bool is_auto() const { return is("auto"); }
   bool is_array() const { return node->is_array(); }
+
+  /// A node in this one, of which messages speak as of this one.
+  Value part(const toml::node& inner) const { return {document, &inner, path, label}; }
+
+  /// An element of an array: "slm: lut[3]".
+  Value element(std::size_t i) const {
+    return {document, node->as_array()->get(i), path, label + "[" + std::to_string(i) + "]"};
+  }
 
   /// `[a, b]` or `[a, b, c]`, each element converted; `shape` is what the message asks for.
   template <class Vector, class Convert>
@@ -170,19 +177,28 @@ struct Value {
     const auto* array = node->as_array();
     if (!array || array->size() != static_cast<std::size_t>(Vector::length())) fail(shape);
     Vector result;
-    for (int i = 0; i < Vector::length(); ++i)
-      result[i] = convert(Value{document, array->get(static_cast<std::size_t>(i)), path,
-                                label + "[" + std::to_string(i) + "]"});
+    for (int i = 0; i < Vector::length(); ++i) result[i] = convert(element(std::size_t(i)));
     return result;
   }
 
+  template <class Vector>
+  Vector numbers(const char* shape, const Range& range) const {
+    return vector<Vector>(shape, [&](const Value& v) { return v.number(range); });
+  }
+  template <class Vector>
+  Vector lengths_m(const char* shape, const Range& range) const {
+    return vector<Vector>(shape, [&](const Value& v) { return v.length_m(range); });
+  }
   glm::dvec3 numbers(const Range& range) const {
-    return vector<glm::dvec3>("three numbers [x, y, z]",
-                              [&](const Value& v) { return v.number(range); });
+    return numbers<glm::dvec3>("three numbers [x, y, z]", range);
   }
   glm::dvec3 lengths_m(const Range& range) const {
-    return vector<glm::dvec3>("three lengths [x, y, z]",
-                              [&](const Value& v) { return v.length_m(range); });
+    return lengths_m<glm::dvec3>("three lengths [x, y, z]", range);
+  }
+  glm::dvec3 direction() const {
+    const auto v = numbers(between(-1e6, 1e6));
+    if (glm::length(v) < 1e-9) fail("longer than 0");
+    return v;
   }
   /// A length, or an array of them.
   ///
@@ -190,10 +206,9 @@ struct Value {
   template <class Check>
   std::vector<double> list_of_lengths_m(const Range& range, int most, Check check) const {
     if (!is_array()) return {length_m(range)};
-    const auto& array = *node->as_array();
     std::vector<double> lengths;
-    for (std::size_t i = 0; i < array.size(); ++i) {
-      const Value one{document, array.get(i), path, label + "[" + std::to_string(i) + "]"};
+    for (std::size_t i = 0; i < node->as_array()->size(); ++i) {
+      const Value one = element(i);
       lengths.push_back(one.length_m(range));
       check(one, lengths);
     }
@@ -209,8 +224,7 @@ struct Value {
   }
   glm::dvec3 colour(const Range& range) const {
     if (node->is_number()) return glm::dvec3(number(range));
-    return vector<glm::dvec3>("a number or [red, green, blue]",
-                              [&](const Value& v) { return v.number(range); });
+    return numbers<glm::dvec3>("a number or [red, green, blue]", range);
   }
   glm::ivec2 integers(int max) const {
     return vector<glm::ivec2>("two whole numbers [x, y]",

@@ -37,10 +37,6 @@ glm::dmat4 blend_of(const DeformingPart& part, std::span<const glm::dmat4> world
   return weights > 0 ? sum / weights : world_from_mesh[0];
 }
 
-std::array<glm::dvec3, 3> corners_of(std::span<const glm::dvec3> positions, const glm::uvec3& t) {
-  return {positions[t.x], positions[t.y], positions[t.z]};
-}
-
 }  // namespace
 
 glm::dvec4 value_at(const GltfChannel& channel, double time_s) {
@@ -145,11 +141,8 @@ std::pair<glm::dvec3, glm::dvec3> deformed_vertex(const DeformingPart& part,
   position = glm::dvec3(blend * glm::dvec4(position, 1));
   if (!has_normal) return {position, glm::dvec3(0)};
   const glm::dmat3 linear(blend);
-  // The cofactor matrix turns normals also where the transform has no inverse
-  const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                            glm::cross(linear[0], linear[1]));
-  const auto turned =
-      unit_or_zero((glm::determinant(linear) < 0 ? -1.0 : 1.0) * (cofactor * normal));
+  const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
+  const auto turned = unit_or_zero(orientation * (cofactor_of(linear) * normal));
   return {position, turned != glm::dvec3(0) ? turned : unit_or_zero(part.normals[vertex])};
 }
 

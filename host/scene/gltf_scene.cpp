@@ -5,7 +5,6 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <glm/trigonometric.hpp>
 #include <glm/vec4.hpp>
 #include <map>
 #include <numbers>
@@ -59,25 +58,33 @@ Light light_of(const GltfLight& from, const Similarity& placing, Channels channe
 
 GltfSet load_set(const Value& file_value, const std::filesystem::path& file) {
   GltfSet set;
-  read_mesh_file(
-      file, file_value.document->where(*file_value.node, file_value.path) + ": " + file_value.label,
-      {"set"}, [&](ReaderPipe& pipe) { set = receive_gltf_set(pipe); });
+  read_mesh_file(file, file_value.where(), {"set"},
+                 [&](ReaderPipe& pipe) { set = receive_gltf_set(pipe); });
   return set;
+}
+
+/// The one of them that a name or a number means; null: none.
+///
+/// names  gets those that are there, for messages
+template <class Named>
+const Named* named_by(const Value& wanted, const std::vector<Named>& all, std::string& names) {
+  for (std::size_t i = 0; i < all.size(); ++i) {
+    if (wanted.is(all[i].name) || (wanted.node->is_integer() && wanted.node->as_integer()->get() ==
+                                                                    static_cast<std::int64_t>(i)))
+      return &all[i];
+    if (i < 8) names += (i > 0 ? ", " : "") + in_quotes(all[i].name);
+  }
+  names += (all.size() > 8 ? " ..., or" : ", or");
+  names += " its number, 0 to " + std::to_string(all.size() - 1);
+  return nullptr;
 }
 
 /// The camera that a name or a number means; the first one without either.
 const GltfCamera& camera_of(const GltfSet& set, const std::optional<Value>& wanted) {
   if (!wanted) return set.cameras.front();
   std::string names;
-  for (std::size_t i = 0; i < set.cameras.size(); ++i) {
-    const auto& name = set.cameras[i].name;
-    if (wanted->is(name) || (wanted->node->is_integer() &&
-                             wanted->node->as_integer()->get() == static_cast<std::int64_t>(i)))
-      return set.cameras[i];
-    if (i < 8) names += (i > 0 ? ", " : "") + in_quotes(name);
-  }
-  wanted->fail("one of " + names + (set.cameras.size() > 8 ? " ..." : "") +
-               ", or its number, 0 to " + std::to_string(set.cameras.size() - 1));
+  if (const auto* camera = named_by(*wanted, set.cameras, names)) return *camera;
+  wanted->fail("one of " + names);
 }
 
 }  // namespace
@@ -150,15 +157,8 @@ std::vector<GltfChannel> channels_of(const GltfMotion& motion, const Value& whic
   const auto& all = motion.animations;
   if (all.empty()) which.fail("left out: the file has no animation");
   std::string names;
-  for (std::size_t i = 0; i < all.size(); ++i) {
-    if (which.is(all[i].name) || (which.node->is_integer() &&
-                                  which.node->as_integer()->get() == static_cast<std::int64_t>(i)))
-      return all[i].channels;
-    if (i < 8) names += (i > 0 ? ", " : "") + in_quotes(one_line(all[i].name));
-  }
-  if (all.size() > 8) names += " ...";
-  const auto choice =
-      "one of its animations " + names + ", or its number, 0 to " + std::to_string(all.size() - 1);
+  if (const auto* animation = named_by(which, all, names)) return animation->channels;
+  const auto choice = "one of its animations " + names;
   if (!which.node->is_boolean()) which.fail("true, " + choice);
   std::vector<GltfChannel> channels;
   std::set<std::tuple<std::int32_t, GltfChannel::Path, std::int32_t>> known;

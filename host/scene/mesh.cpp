@@ -2,7 +2,6 @@
 #include "host/scene/mesh.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <exception>
 #include <glm/geometric.hpp>
@@ -27,17 +26,13 @@
 namespace raywave {
 namespace {
 
-std::array<glm::dvec3, 3> corners(const Mesh& mesh, const glm::uvec3& triangle) {
-  return {mesh.positions[triangle.x], mesh.positions[triangle.y], mesh.positions[triangle.z]};
-}
-
 /// Normals at the welded positions: face normals weighted by the angle of the corner, which does
 /// not depend on how a polygon was cut.
 std::vector<glm::dvec3> smooth_normals(const Mesh& mesh) {
   const std::vector<std::uint32_t> weld = weld_positions(mesh.positions);
   std::vector<glm::dvec3> sum(mesh.positions.size(), glm::dvec3(0));
   for (const glm::uvec3& triangle : mesh.triangles) {
-    const auto p = corners(mesh, triangle);
+    const auto p = corners_of(mesh.positions, triangle);
     const glm::dvec3 normal = face_normal(p);
     for (int i = 0; i < 3; ++i) {
       const glm::dvec3 a = unit_or_zero(p[(i + 1) % 3] - p[i]),
@@ -65,7 +60,7 @@ std::pair<Mesh, std::vector<MeshShape>> finish_meshes(std::vector<Mesh> all, Nor
   for (std::size_t i = 0; i < raw.triangles.size(); ++i) {
     const auto triangle = raw.triangles[i];
     if (std::all_of(all.begin(), all.end(), [&](const Mesh& one) {
-          return face_normal(corners(one, triangle)) == glm::dvec3(0);
+          return face_normal(corners_of(one.positions, triangle)) == glm::dvec3(0);
         }))
       continue;
     raw.triangles[kept] = triangle;
@@ -85,7 +80,7 @@ std::pair<Mesh, std::vector<MeshShape>> finish_meshes(std::vector<Mesh> all, Nor
     const auto& of_file = normals[which][triangle[i]];
     const bool own = mode != Normals::flat && of_file != glm::dvec3(0);
     return std::pair(all[which].positions[triangle[i]],
-                     own ? of_file : face_normal(corners(all[which], triangle)));
+                     own ? of_file : face_normal(corners_of(all[which].positions, triangle)));
   };
 
   Mesh mesh;

@@ -66,8 +66,7 @@ std::string short_text(double value) {
 /// Where a file's points have colours: a material that shows them.
 void wear_colours(Mesh& mesh, bool is_lit) {
   if (mesh.colours.empty() || !mesh.materials.empty()) return;
-  auto material = white_material("colours of points");
-  material.look.vertex_colours = 1;
+  auto material = coloured_material("colours of points");
   if (!is_lit) material.look.model = LookModel::unlit;
   if (std::any_of(mesh.colours.begin(), mesh.colours.end(), [](const auto& c) { return c.w < 1; }))
     material.look.alpha_mode = AlphaMode::blend;
@@ -83,12 +82,17 @@ MeshMaterial white_material(const std::string& name) {
   return material;
 }
 
+MeshMaterial coloured_material(const std::string& name) {
+  auto material = white_material(name);
+  material.look.vertex_colours = 1;
+  return material;
+}
+
 std::string cover_points(Mesh& mesh, std::vector<double> radii) {
   const auto points = std::move(mesh.positions), normals = std::move(mesh.normals);
   const auto colours = std::move(mesh.colours);
   const auto count = points.size();
-  if (8 * count > most_triangles_of_file)
-    throw InputError("more than " + std::to_string(most_triangles_of_file / 8) + " points");
+  require_at_most(count, most_triangles_of_file / 8, "points");
   const auto is_radius = [](double r) { return r > 0 && std::isfinite(r); };
   radii.resize(count, 0);
   if (!std::all_of(radii.begin(), radii.end(), is_radius)) {

@@ -14,8 +14,11 @@ namespace raywave {
 /// fewer; 0 for a single one. Points that lie in one place count as several.
 std::vector<double> distances_to_fifth(std::span<const glm::dvec3> points);
 
-/// A matt material that shows colours of vertices, a picture, or both.
+/// A matt material that shows a picture.
 MeshMaterial white_material(const std::string& name);
+
+/// A matt material that shows colours of vertices.
+MeshMaterial coloured_material(const std::string& name);
 
 /// Gives a mesh of vertices alone its triangles. A point with a normal becomes a disc across it, of
 /// six corners; one without becomes a ball of eight triangles, which shows its colour unlit where

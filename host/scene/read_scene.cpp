@@ -41,16 +41,13 @@ std::vector<double> read_wavelengths(const Value& v) {
 std::vector<glm::dvec2> read_places_m(const Value& v) {
   constexpr std::size_t most = 100;
   const auto place = [](const Value& one) {
-    return one.vector<glm::dvec2>("two lengths [x, y]",
-                                  [](const Value& x) { return x.length_m(between(-1, 1)); });
+    return one.lengths_m<glm::dvec2>("two lengths [x, y]", between(-1, 1));
   };
   const auto* array = v.node->as_array();
   if (!array || array->empty() || !array->front().is_array()) return {place(v)};
   if (array->size() > most) v.fail("two lengths [x, y], or 1 to 100 such places");
   std::vector<glm::dvec2> places;
-  for (std::size_t i = 0; i < array->size(); ++i)
-    places.push_back(
-        place({v.document, array->get(i), v.path, v.label + "[" + std::to_string(i) + "]"}));
+  for (std::size_t i = 0; i < array->size(); ++i) places.push_back(place(v.element(i)));
   return places;
 }
 
@@ -90,23 +87,20 @@ std::optional<ColourSpec> read_colour(Section section, bool is_given, const Sect
     spec.laser = laser_of(v, wavelengths_m);
     spec.only = true;
   });
-  const auto of_each = [&](const Range& range) {
-    return [&, range](const Value& v) {
-      std::vector<double> numbers;
-      const auto* array = v.node->as_array();
-      if (!array || array->size() != wavelengths_m.size())
-        v.fail("a number for each of " + std::to_string(wavelengths_m.size()) + " lasers");
-      for (const auto& node : *array)
-        numbers.push_back(Value{v.document, &node, v.path, v.label}.number(range));
-      return numbers;
-    };
+  const auto of_each = [&](const Value& v, const Range& range) {
+    std::vector<double> numbers;
+    const auto* array = v.node->as_array();
+    if (!array || array->size() != wavelengths_m.size())
+      v.fail("a number for each of " + std::to_string(wavelengths_m.size()) + " lasers");
+    for (const auto& node : *array) numbers.push_back(v.part(node).number(range));
+    return numbers;
   };
   auto& bench = spec.bench;
-  section.read("power", [&](const Value& v) { bench.powers = of_each(between(1e-9, 1e9))(v); });
+  section.read("power", [&](const Value& v) { bench.powers = of_each(v, between(1e-9, 1e9)); });
   section.read("efficiency",
-               [&](const Value& v) { bench.efficiencies = of_each(between(1e-6, 1))(v); });
+               [&](const Value& v) { bench.efficiencies = of_each(v, between(1e-6, 1)); });
   section.read("duty", [&](const Value& v) {
-    bench.duties = of_each(between(1e-6, 1))(v);
+    bench.duties = of_each(v, between(1e-6, 1));
     if (std::accumulate(bench.duties.begin(), bench.duties.end(), 0.0) > 1 + 1e-9)
       v.fail("shares of the time that add up to 1 or less: lasers shine in turn");
   });
@@ -133,11 +127,8 @@ std::array<glm::dvec3, 2> edges_m_of(const Value& v) {
   const auto* array = v.node->as_array();
   const char* shape = "two edges [[x, y, z], [x, y, z]], lengths each";
   if (!array || array->size() != 2) v.fail(shape);
-  std::array<glm::dvec3, 2> edges_m;
-  for (std::size_t i = 0; i < 2; ++i)
-    edges_m[i] =
-        Value{v.document, array->get(i), v.path, v.label + "[" + std::to_string(i) + "]"}.lengths_m(
-            kAnyPosition);
+  const std::array edges_m{v.element(0).lengths_m(kAnyPosition),
+                           v.element(1).lengths_m(kAnyPosition)};
   const double area = glm::length(glm::cross(edges_m[0], edges_m[1]));
   if (!(area > 1e-9 * glm::length(edges_m[0]) * glm::length(edges_m[1])))
     v.fail("two edges that span an area");
@@ -156,9 +147,7 @@ Spectrum read_table(const Value& v, const Range& range, double wavelength_m) {
   for (const auto& [key, node] : *v.node->as_table()) {
     const std::string name(key.str());
     const Value value{v.document, &node, v.path + "." + name, v.label + ": " + in_quotes(name)};
-    spectrum.table.emplace_back(
-        parse_length_m(name, v.document->where(node, value.path) + ": " + value.label),
-        value.number(range));
+    spectrum.table.emplace_back(parse_length_m(name, value.where()), value.number(range));
   }
   std::sort(spectrum.table.begin(), spectrum.table.end());
   if (spectrum.table.empty() || !spectrum.holds(wavelength_m))
@@ -189,17 +178,9 @@ int find_material(const Value& v, const std::vector<Material>& materials) {
 }
 
 glm::dvec2 read_pitch(const Value& v) {
-  const auto length = [](const Value& one) {
-    return one.length_m(between(HologramSpec::least_pitch_m, HologramSpec::largest_pitch_m));
-  };
-  return v.is_array() ? v.vector<glm::dvec2>("a length or two [x, y]", length)
-                      : glm::dvec2(length(v));
-}
-
-glm::dvec3 read_direction(const Value& v) {
-  const auto direction = v.numbers(between(-1e6, 1e6));
-  if (glm::length(direction) < 1e-9) v.fail("longer than 0");
-  return direction;
+  const auto range = between(HologramSpec::least_pitch_m, HologramSpec::largest_pitch_m);
+  return v.is_array() ? v.lengths_m<glm::dvec2>("a length or two [x, y]", range)
+                      : glm::dvec2(v.length_m(range));
 }
 
 std::filesystem::path file_of(const Value& v) { return v.existing_file(); }
@@ -306,16 +287,15 @@ void keys_of(ViewerSpec& spec, const Keys& key) {
   key(length("eyepiece", spec.eyepiece_m, between(1e-6, 1e4)).or_word("none").and_then([&](auto&) {
     spec.eyepiece_distance_m = spec.eye_relief_m = *spec.eyepiece_m;
   }));
-  key(length("eyepiece_distance", spec.eyepiece_distance_m, between(0, 1e4))
-          .told_if(spec.eyepiece_m.has_value())
-          .and_then([&](const Value& v) {
-            if (!spec.eyepiece_m) v.fail("given with eyepiece");
-          }));
-  key(length("eye_relief", spec.eye_relief_m, between(0, 1e4))
-          .told_if(spec.eyepiece_m.has_value())
-          .and_then([&](const Value& v) {
-            if (!spec.eyepiece_m) v.fail("given with eyepiece");
-          }));
+  const auto of_eyepiece = [&](const char* name, double& distance_m) {
+    key(length(name, distance_m, between(0, 1e4))
+            .told_if(spec.eyepiece_m.has_value())
+            .and_then([&](const Value& v) {
+              if (!spec.eyepiece_m) v.fail("given with eyepiece");
+            }));
+  };
+  of_eyepiece("eyepiece_distance", spec.eyepiece_distance_m);
+  of_eyepiece("eye_relief", spec.eye_relief_m);
   key(length("resolution", spec.resolution_m, between(1e-9, 1)).or_auto());
   key(length("pupil", spec.pupil_m, between(1e-6, 1)));
   key(setting("pupil_position", spec.pupil_places_m, read_places_m, [](const auto& places_m) {
@@ -350,7 +330,7 @@ void keys_of(Light& light, const Keys& key) {
     key(length("radius", light.radius_m, between(1e-9, 1e4)).told_if(light.radius_m > 0));
   const bool is_disc = light.radius_m > 0;
   if (light.type == LightType::directional || is_spot || is_disc)
-    key(setting("direction", light.direction, read_direction)
+    key(setting("direction", light.direction, [](const Value& v) { return v.direction(); })
             .needing(is_disc ? "the way that the disc faces, for example [0, 0, 1]"
                              : "the way the light travels, for example [0, 0, 1]"));
   if (light.type == LightType::point || is_spot || is_area) {
@@ -373,13 +353,12 @@ void keys_of(Light& light, const Keys& key) {
             .as("edges_m")
             .needing("the sides of a rectangle, for example [[\"20 mm\", 0, 0], [0, \"10 mm\", "
                      "0]], or the radius of a disc"));
-  if (is_area) key(whole("samples", light.samples, 1, most_lights));
   if (light.type == LightType::environment) {
     key(setting("picture", light.picture, file_of)
             .needing("an equirectangular picture, for example \"sky.exr\""));
     key(number("rotation", light.rotation_deg, between(-1e6, 1e6)));
-    key(whole("samples", light.samples, 1, most_lights));
   }
+  if (has_size(light)) key(whole("samples", light.samples, 1, most_lights));
 }
 
 void keys_of(Material& material, const Keys& key, double wavelength_m) {

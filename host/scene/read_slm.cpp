@@ -24,10 +24,6 @@ namespace {
 // quarter of a percent, or half a level
 constexpr double table_reach_m = 1e-9;
 
-glm::dvec2 pair_of(const Value& v, const char* shape, const Range& range) {
-  return v.vector<glm::dvec2>(shape, [&](const Value& one) { return one.number(range); });
-}
-
 /// Replaces noise of a measurement, which may turn back a little, and says by how much.
 ///
 /// throws  InputError where the LUT turns back by more, with the level that does most
@@ -94,7 +90,7 @@ Lut lut_of(const Value& v, int level_count) {
   Lut lut;
   std::vector<std::vector<double>> rows;
   for (const auto& node : *v.node->as_array()) {
-    const Value one{v.document, &node, v.path, v.label};
+    const auto one = v.part(node);
     if (!one.is_array()) {
       lut.values.push_back(one.number(range));
       continue;
@@ -103,11 +99,9 @@ Lut lut_of(const Value& v, int level_count) {
     if (array.size() < 2 || array.size() > 3 || (!rows.empty() && array.size() != rows[0].size()))
       one.fail("[level, number] in all rows, or [level, turns, amplitude] in all");
     auto& row = rows.emplace_back();
-    for (const auto& number : array)
-      row.push_back(Value{v.document, &number, v.path, v.label}.number(range));
+    for (const auto& number : array) row.push_back(v.part(number).number(range));
   }
-  if (lut.values.empty() && !rows.empty())
-    return lut_of_table(rows, level_count, v.document->where(*v.node, v.path) + ": " + v.label);
+  if (lut.values.empty() && !rows.empty()) return lut_of_table(rows, level_count, v.where());
   if (!rows.empty() || lut.values.size() < 2 ||
       lut.values.size() > static_cast<std::size_t>(level_count))
     v.fail(shape.c_str());
@@ -118,7 +112,7 @@ Lut lut_of(const Value& v, int level_count) {
 ///
 /// throws  InputError when a key is no wavelength, or none is near
 Value nearest_of(const Value& v, double wavelength_m) {
-  const auto where = v.document->where(*v.node, v.path) + ": " + v.label;
+  const auto where = v.where();
   std::map<double, std::string> names;  // by wavelength
   std::optional<Value> nearest;
   double nearest_m = 0;
@@ -152,7 +146,8 @@ Value nearest_of(const Value& v, double wavelength_m) {
 /// One share for both axes, or `[x, y]`.
 glm::dvec2 share_of(const Value& v) {
   const Range range = between(1e-3, 1);
-  return v.is_array() ? pair_of(v, "a number or two [x, y]", range) : glm::dvec2(v.number(range));
+  return v.is_array() ? v.numbers<glm::dvec2>("a number or two [x, y]", range)
+                      : glm::dvec2(v.number(range));
 }
 
 std::vector<ZernikeTerm> zernike_of(const Value& v) {
@@ -161,8 +156,8 @@ std::vector<ZernikeTerm> zernike_of(const Value& v) {
   if (!v.is_array()) v.fail(shape);
   std::vector<ZernikeTerm> terms;
   for (const auto& node : *v.node->as_array()) {
-    const Value pair{v.document, &node, v.path, v.label};
-    const auto numbers = pair_of(pair, shape, between(-1e4, 1e4));
+    const auto pair = v.part(node);
+    const auto numbers = pair.numbers<glm::dvec2>(shape, between(-1e4, 1e4));
     if (numbers.x != std::round(numbers.x) || numbers.x < 1 || numbers.x > 105)
       pair.fail("[Noll index, turns] with an index of 1 to 105");
     terms.push_back({static_cast<int>(numbers.x), numbers.y});
@@ -189,8 +184,7 @@ Crosstalk crosstalk_of(const Value& v) {
       v.fail(shape);
     crosstalk.size = {static_cast<int>(row->size()), static_cast<int>(rows.size())};
     for (const auto& number : *row)
-      crosstalk.weights.push_back(
-          Value{v.document, &number, v.path, v.label}.number(between(-1e6, 1e6)));
+      crosstalk.weights.push_back(v.part(number).number(between(-1e6, 1e6)));
   }
   const double sum = std::accumulate(crosstalk.weights.begin(), crosstalk.weights.end(), 0.0);
   if (!(sum > 1e-9)) v.fail(shape);
@@ -202,11 +196,10 @@ Crosstalk crosstalk_of(const Value& v) {
 BeamProfile profile_of(const Value& v) {
   const Range range = between(1e-6, 1e3);
   BeamProfile profile;
-  profile.where = v.document->where(*v.node, v.path) + ": " + v.label;
+  profile.where = v.where();
   if (v.is_array()) {
     profile.diameter_m =
-        v.vector<glm::dvec2>("a length, two lengths [x, y], or the name of a picture",
-                             [&](const Value& one) { return one.length_m(range); });
+        v.lengths_m<glm::dvec2>("a length, two lengths [x, y], or the name of a picture", range);
   } else if (const auto* text = v.node->as_string(); text && !is_length(text->get())) {
     profile.file = v.existing_file();
     load_profile(profile);
@@ -229,7 +222,7 @@ Json told_lut(const Lut& lut) {
 }
 
 glm::dvec2 read_carrier(const Value& v) {
-  return pair_of(v, "two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
+  return v.numbers<glm::dvec2>("two numbers [x, y] in cycles per pixel", between(-0.5, 0.5));
 }
 
 }  // namespace
@@ -302,9 +295,7 @@ void keys_of_place(SlmSpec& slm, const Keys& key, double wavelength_m) {
   }));
   key(setting("shift", slm.shift_m,
               [](const Value& v) {
-                return v.vector<glm::dvec2>("two lengths [x, y]", [](const Value& one) {
-                  return one.length_m(between(-1e4, 1e4));
-                });
+                return v.lengths_m<glm::dvec2>("two lengths [x, y]", between(-1e4, 1e4));
               })
           .as("shift_m")
           .or_table(nearest)
@@ -330,7 +321,7 @@ void keys_of_place(SlmSpec& slm, const Keys& key, double wavelength_m) {
   key(setting("flatness", slm.flatness.file, [](const Value& v) { return v.existing_file(); })
           .told_if(false)
           .and_then([&](const Value& v) {
-            slm.flatness.where = v.document->where(*v.node, v.path) + ": " + v.label;
+            slm.flatness.where = v.where();
             load_flatness(slm.flatness);
           }));
   key({"flip",
@@ -405,7 +396,7 @@ Illumination read_illumination(Section section, Illumination light) {
       v.fail("lengths of 1 um or more, or of -1 um or less, or \"parallel\"");
   });
   section.read("angle", [&](const Value& v) {
-    const auto degrees = pair_of(v, "two angles [x, y] in degrees", between(-80, 80));
+    const auto degrees = v.numbers<glm::dvec2>("two angles [x, y] in degrees", between(-80, 80));
     light.sine = glm::sin(glm::radians(degrees));
     if (glm::dot(light.sine, light.sine) > 0.98)
       v.fail("angles whose squared sines add up to 0.98 or less");

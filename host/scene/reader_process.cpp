@@ -148,7 +148,7 @@ void run_reader(const fs::path& program, const ReaderLimits& limits,
   ReaderPipe pipe(ends[0]);
   try {
     Verdict verdict{};
-    pipe.read(std::as_writable_bytes(std::span(&verdict, 1)));
+    pipe.read_value(verdict);
     if (verdict == Verdict::done) {
       receive(pipe);
     } else {

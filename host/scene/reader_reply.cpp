@@ -6,12 +6,12 @@
 #include <cerrno>
 #include <cmath>
 #include <glm/geometric.hpp>
-#include <limits>
 #include <string>
 #include <type_traits>
 #include <utility>
 
 #include "host/scene/light.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
@@ -20,27 +20,26 @@ void require(bool sound) {
   if (!sound) throw std::runtime_error("its reader returned nonsense");
 }
 
-template <class Vector>
-bool all_finite(const std::vector<Vector>& vectors) {
-  return std::all_of(vectors.begin(), vectors.end(), [](const Vector& v) {
-    for (int i = 0; i < Vector::length(); ++i)
-      if (!std::isfinite(v[i])) return false;
-    return true;
-  });
+void require_all(const auto& values, const auto& is_sound) {
+  require(std::all_of(values.begin(), values.end(), is_sound));
 }
 
-/// Readers send floats. Within that range, squares of areas fit into doubles.
-bool are_positions(const std::vector<glm::dvec3>& vectors) {
-  return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& p) {
-    constexpr double largest = std::numeric_limits<float>::max();
-    return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
-  });
+bool is_normal(const glm::dvec3& n) {
+  return n == glm::dvec3(0) || std::abs(glm::length(n) - 1) < 1e-6;
 }
 
-bool are_normals(const std::vector<glm::dvec3>& vectors) {
-  return std::all_of(vectors.begin(), vectors.end(), [](const glm::dvec3& n) {
-    return n == glm::dvec3(0) || std::abs(glm::length(n) - 1) < 1e-6;
-  });
+/// Reads a vector of so many values.
+template <class T>
+void receive_exactly(ReaderPipe& pipe, std::vector<T>& values, std::uint64_t count) {
+  pipe.read_vector(values, count);
+  require(values.size() == count);
+}
+
+/// The same of one that may be empty.
+template <class T>
+void receive_all_or_none(ReaderPipe& pipe, std::vector<T>& values, std::uint64_t count) {
+  pipe.read_vector(values, count);
+  require(values.empty() || values.size() == count);
 }
 
 /// Text as bytes. Whoever shows it makes one line of it.
@@ -56,14 +55,12 @@ std::string receive_text(ReaderPipe& pipe) {
 
 std::uint64_t receive_count(ReaderPipe& pipe, std::uint64_t most) {
   std::uint64_t count = 0;
-  pipe.read(std::as_writable_bytes(std::span(&count, 1)));
+  pipe.read_value(count);
   require(count <= most);
   return count;
 }
 
-void send_count(ReaderPipe& pipe, std::uint64_t count) {
-  pipe.write(std::as_bytes(std::span(&count, 1)));
-}
+void send_count(ReaderPipe& pipe, std::uint64_t count) { pipe.write_value(count); }
 
 void send_texts(ReaderPipe& pipe, const std::vector<std::string>& texts) {
   send_count(pipe, texts.size());
@@ -87,10 +84,16 @@ constexpr double largest_number = 1e30;
 
 bool is_within(double value, double low, double high) { return value >= low && value <= high; }
 
-bool is_colour(const glm::dvec3& c) {
-  return is_within(c.x, 0, largest_number) && is_within(c.y, 0, largest_number) &&
-         is_within(c.z, 0, largest_number);
+bool is_number(double value) { return is_within(value, -largest_number, largest_number); }
+
+/// Of a vector, or a column of a matrix.
+bool are_numbers(const auto& v) {
+  for (int i = 0; i < v.length(); ++i)
+    if (!is_number(v[i])) return false;
+  return true;
 }
+
+bool is_colour(const glm::dvec3& c) { return are_numbers(c) && std::min({c.x, c.y, c.z}) >= 0; }
 
 /// An enumeration may hold any number after it has come through a pipe.
 template <class Enum>
@@ -101,8 +104,7 @@ bool is_one_of(Enum value, Enum last) {
 
 bool is_map(const MeshMap& map, std::size_t pictures) {
   const auto is_row = [](const std::array<double, 3>& row) {
-    return std::all_of(row.begin(), row.end(),
-                       [](double v) { return is_within(v, -largest_number, largest_number); });
+    return std::all_of(row.begin(), row.end(), is_number);
   };
   return map.picture >= -1 && map.picture < static_cast<std::int64_t>(pictures) &&
          is_one_of(map.place.wrap_u, Wrap::clamp) && is_one_of(map.place.wrap_v, Wrap::clamp) &&
@@ -118,17 +120,13 @@ bool is_look(const MeshLook& look, std::size_t pictures) {
          is_within(look.shininess, 0, largest_number) && is_within(look.metallic, 0, 1) &&
          is_within(look.roughness, 0, 1) && is_within(look.alpha_cutoff, 0, largest_number) &&
          is_within(look.transmission, 0, 1) && is_within(look.ior, 1, 100) &&
-         is_within(look.normal_scale, -largest_number, largest_number) &&
-         is_one_of(look.model, LookModel::unlit) && is_one_of(look.alpha_mode, AlphaMode::blend) &&
-         look.vertex_colours >= 0 && look.vertex_colours <= 1 && look.two_sided >= 0 &&
-         look.two_sided <= 1;
+         is_number(look.normal_scale) && is_one_of(look.model, LookModel::unlit) &&
+         is_one_of(look.alpha_mode, AlphaMode::blend) && look.vertex_colours >= 0 &&
+         look.vertex_colours <= 1 && look.two_sided >= 0 && look.two_sided <= 1;
 }
 
 bool is_pose(const glm::dmat4& m) {
-  for (int i = 0; i < 4; ++i)
-    for (int j = 0; j < 4; ++j)
-      if (!is_within(m[i][j], -largest_number, largest_number)) return false;
-  return true;
+  return are_numbers(m[0]) && are_numbers(m[1]) && are_numbers(m[2]) && are_numbers(m[3]);
 }
 
 static_assert(std::is_trivially_copyable_v<GltfNode> &&
@@ -137,13 +135,8 @@ static_assert(std::is_trivially_copyable_v<GltfNode> &&
 bool is_turn(const glm::dvec4& quaternion) { return std::abs(glm::length(quaternion) - 1) < 1e-9; }
 
 bool is_node(const GltfNode& node) {
-  const auto is_vector = [](const glm::dvec3& v) {
-    return is_within(v.x, -largest_number, largest_number) &&
-           is_within(v.y, -largest_number, largest_number) &&
-           is_within(v.z, -largest_number, largest_number);
-  };
   return node.number >= 0 && node.parent >= -1 && node.light >= -1 && node.camera >= -1 &&
-         is_vector(node.translation) && is_vector(node.scale) && is_turn(node.rotation) &&
+         are_numbers(node.translation) && are_numbers(node.scale) && is_turn(node.rotation) &&
          is_pose(node.matrix);
 }
 
@@ -152,9 +145,8 @@ GltfChannel receive_channel(ReaderPipe& pipe, std::size_t nodes, std::size_t& ke
   using Path = GltfChannel::Path;
   using Steps = GltfChannel::Steps;
   std::vector<std::int32_t> head;
-  pipe.read_vector(head, 4);
-  require(head.size() == 4 && head[0] >= 0 && head[0] < static_cast<std::int64_t>(nodes) &&
-          head[3] >= 0);
+  receive_exactly(pipe, head, 4);
+  require(head[0] >= 0 && head[0] < static_cast<std::int64_t>(nodes) && head[3] >= 0);
   GltfChannel channel{head[0], static_cast<Path>(head[1]), static_cast<Steps>(head[2]), {}, {},
                       head[3]};
   require(is_one_of(channel.path, Path::weights) && is_one_of(channel.steps, Steps::cubic));
@@ -162,13 +154,12 @@ GltfChannel receive_channel(ReaderPipe& pipe, std::size_t nodes, std::size_t& ke
   const auto count = channel.times_s.size(),
              each = std::size_t{channel.steps == Steps::cubic ? 3u : 1u};
   keys += count;
-  pipe.read_vector(channel.values, each * count);
-  require(count >= 1 && channel.values.size() == each * count && all_finite(channel.values));
+  require(count >= 1);
+  receive_exactly(pipe, channel.values, each * count);
   for (std::size_t i = 0; i < count; ++i)
     require(is_within(channel.times_s[i], i == 0 ? 0 : channel.times_s[i - 1], largest_number) &&
             (i == 0 || channel.times_s[i] > channel.times_s[i - 1]));
-  for (const auto& v : channel.values)
-    for (int i = 0; i < 4; ++i) require(is_within(v[i], -largest_number, largest_number));
+  require_all(channel.values, [](const glm::dvec4& v) { return are_numbers(v); });
   if (channel.path == Path::rotation)
     for (std::size_t i = each / 2; i < channel.values.size(); i += each)
       require(is_turn(channel.values[i]));
@@ -181,13 +172,8 @@ void send_wearer(ReaderPipe& pipe, const GltfWearer& wearer) {
   pipe.write_vector(wearer.weights);
 }
 
-bool are_within(const std::vector<double>& values, double low, double high) {
-  return std::all_of(values.begin(), values.end(),
-                     [&](double value) { return is_within(value, low, high); });
-}
-
-bool are_nodes(const std::vector<std::int32_t>& numbers, std::size_t nodes) {
-  return std::all_of(numbers.begin(), numbers.end(), [&](std::int32_t number) {
+void require_nodes(const std::vector<std::int32_t>& numbers, std::size_t nodes) {
+  require_all(numbers, [&](std::int32_t number) {
     return number >= 0 && static_cast<std::size_t>(number) < nodes;
   });
 }
@@ -195,11 +181,12 @@ bool are_nodes(const std::vector<std::int32_t>& numbers, std::size_t nodes) {
 GltfWearer receive_wearer(ReaderPipe& pipe, std::size_t nodes) {
   GltfWearer wearer;
   std::vector<std::int32_t> node;
-  pipe.read_vector(node, 1);
+  receive_exactly(pipe, node, 1);
   pipe.read_vector(wearer.joints, most_joints_of_skin);
   pipe.read_vector(wearer.weights, most_targets_of_mesh);
-  require(node.size() == 1 && are_nodes(node, nodes) && are_nodes(wearer.joints, nodes) &&
-          are_within(wearer.weights, -largest_number, largest_number));
+  require_nodes(node, nodes);
+  require_nodes(wearer.joints, nodes);
+  require_all(wearer.weights, is_number);
   wearer.node = node[0];
   return wearer;
 }
@@ -223,53 +210,47 @@ void send_part(ReaderPipe& pipe, const DeformingPart& part) {
 DeformingPart receive_part(ReaderPipe& pipe, std::size_t vertices, std::size_t& left) {
   DeformingPart part;
   std::vector<std::uint32_t> head;
-  pipe.read_vector(head, 3);
-  require(head.size() == 3 && head[0] <= INT32_MAX && head[1] <= vertices &&
-          head[2] <= most_influences);
+  receive_exactly(pipe, head, 3);
+  require(head[0] <= INT32_MAX && head[1] <= vertices && head[2] <= most_influences);
   part.node = static_cast<std::int32_t>(head[0]);
   part.first_vertex = head[1];
   part.influences = head[2];
   pipe.read_vector(part.joints, most_joints_of_skin);
-  pipe.read_vector(part.joint_from_mesh, part.joints.size());
-  require(!part.joints.empty() && part.joint_from_mesh.size() == part.joints.size() &&
-          are_nodes(part.joints, std::size_t{1} << 31) &&
-          std::all_of(part.joint_from_mesh.begin(), part.joint_from_mesh.end(), is_pose));
+  require(!part.joints.empty());
+  require_nodes(part.joints, std::size_t{1} << 31);
+  receive_exactly(pipe, part.joint_from_mesh, part.joints.size());
+  require_all(part.joint_from_mesh, is_pose);
   pipe.read_vector(part.positions, std::min(vertices - part.first_vertex, left));
   const auto count = part.positions.size();
   left -= count;
-  pipe.read_vector(part.normals, count);
-  require(part.normals.size() == count && all_finite(part.positions) && all_finite(part.normals));
-  pipe.read_vector(part.joint_of, count * part.influences);
-  pipe.read_vector(part.weight_of, count * part.influences);
-  require(part.joint_of.size() == count * part.influences &&
-          part.weight_of.size() == part.joint_of.size());
-  require(std::all_of(part.joint_of.begin(), part.joint_of.end(),
-                      [&](std::uint16_t joint) { return joint < part.joints.size(); }));
-  require(std::all_of(part.weight_of.begin(), part.weight_of.end(),
-                      [](float weight) { return is_within(weight, 0, largest_number); }));
+  receive_exactly(pipe, part.normals, count);
+  receive_exactly(pipe, part.joint_of, count * part.influences);
+  require_all(part.joint_of, [&](std::uint16_t joint) { return joint < part.joints.size(); });
+  receive_exactly(pipe, part.weight_of, count * part.influences);
+  require_all(part.weight_of, [](float weight) { return is_within(weight, 0, largest_number); });
   pipe.read_vector(part.weights, most_targets_of_mesh);
-  require(are_within(part.weights, -largest_number, largest_number) &&
-          count * part.weights.size() <= left);
+  require_all(part.weights, is_number);
   const auto of_targets = count * part.weights.size();
+  require(of_targets <= left);
   left -= of_targets;
-  pipe.read_vector(part.target_positions, of_targets);
-  pipe.read_vector(part.target_normals, of_targets);
-  require(part.target_positions.size() == of_targets &&
-          (part.target_normals.empty() || part.target_normals.size() == of_targets) &&
-          all_finite(part.target_positions) && all_finite(part.target_normals));
+  receive_exactly(pipe, part.target_positions, of_targets);
+  receive_all_or_none(pipe, part.target_normals, of_targets);
+  for (const auto* vectors :
+       {&part.positions, &part.normals, &part.target_positions, &part.target_normals})
+    require_all(*vectors, is_finite<3, float>);
   return part;
 }
 
 void send_material(ReaderPipe& pipe, const MeshMaterial& material) {
   send_text(pipe, material.name);
-  pipe.write(std::as_bytes(std::span(&material.look, 1)));
+  pipe.write_value(material.look);
   send_texts(pipe, material.notes);
 }
 
 MeshMaterial receive_material(ReaderPipe& pipe, std::size_t pictures) {
   MeshMaterial material;
   material.name = receive_text(pipe);
-  pipe.read(std::as_writable_bytes(std::span(&material.look, 1)));
+  pipe.read_value(material.look);
   require(is_look(material.look, pictures));
   material.notes = receive_texts(pipe);
   return material;
@@ -317,8 +298,8 @@ void send(ReaderPipe& pipe, const GltfSet& set) {
   send_count(pipe, set.cameras.size());
   for (const auto& camera : set.cameras) {
     send_text(pipe, camera.name);
-    pipe.write(std::as_bytes(std::span(&camera.world_from_camera, 1)));
-    pipe.write(std::as_bytes(std::span(&camera.near, 1)));
+    pipe.write_value(camera.world_from_camera);
+    pipe.write_value(camera.near);
   }
   pipe.write_vector(set.lights);
   send_texts(pipe, set.notes);
@@ -358,23 +339,20 @@ Mesh receive_mesh(ReaderPipe& pipe) {
   Mesh mesh;
   pipe.read_vector(mesh.positions, most_vertices_of_file);
   const std::size_t count = mesh.positions.size();
-  pipe.read_vector(mesh.normals, count);
-  pipe.read_vector(mesh.uvs, count);
+  receive_exactly(pipe, mesh.normals, count);
+  receive_exactly(pipe, mesh.uvs, count);
   pipe.read_vector(mesh.triangles, most_triangles_of_file);
-  require(mesh.normals.size() == count && mesh.uvs.size() == count);
-  require(are_positions(mesh.positions) && are_normals(mesh.normals) && all_finite(mesh.uvs));
-  require(std::all_of(mesh.triangles.begin(), mesh.triangles.end(), [&](const glm::uvec3& t) {
-    return t.x < count && t.y < count && t.z < count;
-  }));
+  require_all(mesh.positions, is_position);
+  require_all(mesh.normals, is_normal);
+  require_all(mesh.uvs, is_finite<2, double>);
+  require_all(mesh.triangles,
+              [&](const glm::uvec3& t) { return t.x < count && t.y < count && t.z < count; });
 
   // What the file says of colours
-  pipe.read_vector(mesh.colours, count);
-  require(mesh.colours.empty() || mesh.colours.size() == count);
-  require(std::all_of(mesh.colours.begin(), mesh.colours.end(), [](const glm::vec4& c) {
-    return is_colour(glm::dvec3(c)) && is_within(c.w, 0, 1);
-  }));
-  pipe.read_vector(mesh.triangle_material, mesh.triangles.size());
-  require(mesh.triangle_material.empty() || mesh.triangle_material.size() == mesh.triangles.size());
+  receive_all_or_none(pipe, mesh.colours, count);
+  require_all(mesh.colours,
+              [](const glm::vec4& c) { return is_colour(glm::dvec3(c)) && is_within(c.w, 0, 1); });
+  receive_all_or_none(pipe, mesh.triangle_material, mesh.triangles.size());
   std::uint64_t bytes = 0;
   for (auto left = receive_count(pipe, most_pictures_of_file); left > 0; --left) {
     MeshPicture picture;
@@ -386,11 +364,9 @@ Mesh receive_mesh(ReaderPipe& pipe) {
   for (auto left = receive_count(pipe, most_materials_of_file); left > 0; --left)
     mesh.materials.push_back(receive_material(pipe, mesh.pictures.size()));
   const auto materials = static_cast<std::int64_t>(mesh.materials.size());
-  require(std::all_of(mesh.triangle_material.begin(), mesh.triangle_material.end(),
-                      [&](std::int32_t m) { return m >= -1 && m < materials; }));
+  require_all(mesh.triangle_material, [&](std::int32_t m) { return m >= -1 && m < materials; });
   mesh.notes = receive_texts(pipe);
-  pipe.read_vector(mesh.triangle_node, mesh.triangles.size());
-  require(mesh.triangle_node.empty() || mesh.triangle_node.size() == mesh.triangles.size());
+  receive_all_or_none(pipe, mesh.triangle_node, mesh.triangles.size());
   auto left_to_deform = most_deforming_of_file;
   for (auto left = receive_count(pipe, most_nodes_of_file); left > 0; --left)
     mesh.deforming.push_back(receive_part(pipe, count, left_to_deform));
@@ -402,8 +378,8 @@ GltfSet receive_gltf_set(ReaderPipe& pipe) {
   for (auto left = receive_count(pipe, most_cameras_of_file); left > 0; --left) {
     GltfCamera camera;
     camera.name = receive_text(pipe);
-    pipe.read(std::as_writable_bytes(std::span(&camera.world_from_camera, 1)));
-    pipe.read(std::as_writable_bytes(std::span(&camera.near, 1)));
+    pipe.read_value(camera.world_from_camera);
+    pipe.read_value(camera.near);
     require(is_pose(camera.world_from_camera) && is_within(camera.near, 0, largest_number));
     set.cameras.push_back(std::move(camera));
   }
@@ -441,15 +417,11 @@ GltfMotion receive_gltf_motion(ReaderPipe& pipe) {
 
 Image receive_image(ReaderPipe& pipe) {
   std::vector<int> size;
-  pipe.read_vector(size, 2);
-  require(size.size() == 2 && std::min(size[0], size[1]) >= 1 &&
-          std::max(size[0], size[1]) <= largest_picture_side);
+  receive_exactly(pipe, size, 2);
+  require(std::min(size[0], size[1]) >= 1 && std::max(size[0], size[1]) <= largest_picture_side);
   Image image{size[0], size[1], {}};
-  const std::uint64_t count = std::uint64_t{1} * size[0] * size[1];
-  pipe.read_vector(image.pixels, count);
-  require(image.pixels.size() == count);
-  require(std::all_of(image.pixels.begin(), image.pixels.end(),
-                      [](float v) { return std::isfinite(v); }));
+  receive_exactly(pipe, image.pixels, std::uint64_t{1} * size[0] * size[1]);
+  require_all(image.pixels, [](float v) { return std::isfinite(v); });
   return image;
 }
 

@@ -8,8 +8,11 @@
 #include <cstdint>
 #include <span>
 #include <stdexcept>
+#include <string>
+#include <string_view>
 #include <vector>
 
+#include "host/common/error.hpp"
 #include "host/scene/read_data.hpp"
 
 namespace raywave {
@@ -29,10 +32,19 @@ public:
   void write(std::span<const std::byte> bytes);
   void read(std::span<std::byte> bytes);
 
+  /// Of a type without pointers.
+  template <class T>
+  void write_value(const T& value) {
+    write(std::as_bytes(std::span(&value, 1)));
+  }
+  template <class T>
+  void read_value(T& value) {
+    read(std::as_writable_bytes(std::span(&value, 1)));
+  }
+
   template <class T>
   void write_vector(const std::vector<T>& values) {
-    const std::uint64_t count = values.size();
-    write(std::as_bytes(std::span(&count, 1)));
+    write_value(std::uint64_t{values.size()});
     write(std::as_bytes(std::span(values)));
   }
 
@@ -40,7 +52,7 @@ public:
   template <class T>
   void read_vector(std::vector<T>& values, std::uint64_t max_count) {
     std::uint64_t count = 0;
-    read(std::as_writable_bytes(std::span(&count, 1)));
+    read_value(count);
     if (count > max_count)
       throw std::runtime_error("more than was agreed on comes through the pipe");
     // A count is only a claim until some of it has come.
@@ -69,6 +81,11 @@ constexpr std::size_t most_moves_of_file = 100'000, most_keys_of_file = 20'000'0
 constexpr std::size_t most_joints_of_skin = 65536, most_influences = 32;  // joints of a vertex
 constexpr std::size_t most_targets_of_mesh = 4096;
 constexpr std::size_t most_deforming_of_file = 100'000'000;  // vertices, of all morph targets, too
+
+/// throws  InputError, in the reader's words, for more than `most`
+inline void require_at_most(std::size_t count, std::size_t most, std::string_view what) {
+  if (count > most) throw InputError("more than " + std::to_string(most) + " " + std::string(what));
+}
 
 void send(ReaderPipe& pipe, const Mesh& mesh);
 void send(ReaderPipe& pipe, const GltfSet& set);

@@ -7,13 +7,25 @@
 #include <cmath>
 #include <cstddef>
 #include <glm/geometric.hpp>
+#include <glm/mat3x3.hpp>
 #include <glm/vec3.hpp>
+#include <limits>
+#include <span>
 #include <vector>
 
 namespace raywave {
 
-inline bool is_finite(const glm::dvec3& v) {
-  return std::isfinite(v.x) && std::isfinite(v.y) && std::isfinite(v.z);
+template <int N, class T>
+bool is_finite(const glm::vec<N, T>& v) {
+  for (int i = 0; i < N; ++i)
+    if (!std::isfinite(v[i])) return false;
+  return true;
+}
+
+/// False for what is NaN, infinite or beyond floats: squares of areas fit into doubles.
+inline bool is_position(const glm::dvec3& p) {
+  constexpr double largest = std::numeric_limits<float>::max();
+  return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
 }
 
 /// `v` at unit length; zero when it is zero or not finite.
@@ -30,6 +42,18 @@ inline glm::dvec3 face_normal(const std::array<glm::dvec3, 3>& p) {
   const double longest = std::max(
       {std::abs(a.x), std::abs(a.y), std::abs(a.z), std::abs(b.x), std::abs(b.y), std::abs(b.z)});
   return longest > 0 ? unit_or_zero(glm::cross(a / longest, b / longest)) : glm::dvec3(0);
+}
+
+/// The corners of a triangle.
+inline std::array<glm::dvec3, 3> corners_of(std::span<const glm::dvec3> positions,
+                                            const glm::uvec3& t) {
+  return {positions[t.x], positions[t.y], positions[t.z]};
+}
+
+/// Turns normals as `linear` turns surfaces, also where it has no inverse: the cofactor matrix.
+inline glm::dmat3 cofactor_of(const glm::dmat3& linear) {
+  return {glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
+          glm::cross(linear[0], linear[1])};
 }
 
 /// Where a time lies among keys: at key k, or the share s of the way on to the next, `span` later.

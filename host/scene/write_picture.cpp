@@ -9,7 +9,6 @@
 #include <png.h>
 #include <tiffio.h>
 
-#include <algorithm>
 #include <bit>
 #include <csetjmp>
 #include <cstdio>

@@ -4,14 +4,12 @@
 #include <chrono>
 #include <cmath>
 #include <cstdint>
-#include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <map>
 #include <stdexcept>
 #include <utility>
 
 #include "host/common/error.hpp"
-#include "host/common/text.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/trace/work_shape.hpp"
@@ -30,10 +28,9 @@ static_assert(ALPHA_MASK == static_cast<int>(AlphaMode::mask) &&
 static_assert(WRAP_MIRROR == static_cast<int>(Wrap::mirror) &&
               WRAP_CLAMP == static_cast<int>(Wrap::clamp));
 
-template <class Vector>
-std::span<const float> floats_of(const std::vector<Vector>& vectors) {
+std::span<const float> floats_of(const auto& vectors) {
   return {reinterpret_cast<const float*>(vectors.data()),
-          vectors.size() * sizeof(Vector) / sizeof(float)};
+          vectors.size() * sizeof(vectors[0]) / sizeof(float)};
 }
 
 /// A power of four near the largest brightness; 1 when the brightness fits floats well (2^-40 to
@@ -223,9 +220,7 @@ std::vector<device::Light> lights_in_scene_frame(const std::vector<PlacedLight>&
         static_cast<float>(plan.hologram.colour ? plan.hologram.colour->light_of(l.colour) : 1);
     light.is_point = l.is_point;
     light.falls_off = l.falls_off;
-    light.axis_x = static_cast<float>(l.axis.x);
-    light.axis_y = static_cast<float>(l.axis.y);
-    light.axis_z = static_cast<float>(l.axis.z);
+    put(l.axis, light.axis_x, light.axis_y, light.axis_z);
     const double rate = l.is_spot() ? 1 / (l.inner_cosine - l.outer_cosine) : 0;
     light.edge_rate = static_cast<float>(rate);
     light.edge_offset = static_cast<float>(l.is_spot() ? -l.outer_cosine * rate : 1);
@@ -260,16 +255,12 @@ cl::Options kernel_options(const Plan& plan) {
           {option::lights, std::to_string(lights)},
           {option::highlights, std::to_string(highlights)},
           {option::light_places, std::to_string(any_light(has_size) ? places_of_light : 1)},
-          {option::spots, any_light([](const Light& l) {
+          {option::spots, std::to_string(any_light([](const Light& l) {
              return l.type == LightType::spot || (l.type != LightType::ambient && l.falls_off);
-           })
-                              ? "1"
-                              : "0"},
-          {option::sharp, any([&](const Material& m) {
+           }))},
+          {option::sharp, std::to_string(any([&](const Material& m) {
              return has_highlights(m, channels) && sharpest_shininess(m) > sharp_shininess;
-           })
-                              ? "1"
-                              : "0"},
+           }))},
           {option::textures, std::to_string(plan.lighting.textures)},
           {option::normal_maps, plan.lighting.normal_maps ? "1" : "0"},
           {option::alpha, std::to_string(static_cast<int>(plan.lighting.alpha))},
@@ -305,9 +296,7 @@ void DeviceScene::place(const World& world, const Plan& plan) {
   const auto start = std::chrono::steady_clock::now();
   for (const auto object : instances_.place(world, plan, tree)) {
     const auto& placed = world.placed[object];
-    const auto of_object = std::span(world.normals).subspan(placed.first_vertex, placed.vertices);
-    normals.write(std::span(reinterpret_cast<const float*>(of_object.data()), 3 * placed.vertices),
-                  3 * placed.first_vertex);
+    normals.write(floats_of(placed.own(world.normals)), 3 * placed.first_vertex);
   }
   tree_seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
   if (instances_.depth() > RAYWAVE_BVH_DEPTH)

@@ -87,4 +87,9 @@ private:
 /// Pixels that one work-item handles side by side: the SIMD width on CPUs, one on GPUs.
 int lanes_for(const cl::DeviceInfo& device);
 
+/// Work-items side by side where each has a sample or a cell.
+inline cl::Range group_of_samples(const cl::DeviceInfo& device) {
+  return {lanes_for(device) == 1 ? std::size_t{64} : std::size_t{1}};
+}
+
 }  // namespace raywave

@@ -29,6 +29,17 @@ cl::Options options_of(const cl::Device& device, const Plan& plan, const DeviceS
   return options;
 }
 
+/// Size and pitch of a plane, light, and the steepest of it.
+template <class Plane>
+void set_sampling(const Plan& plan, Plane& plane) {
+  plane.nx = plan.tiling.tile_size.x;
+  plane.ny = plan.tiling.tile_size.y;
+  std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan.hologram.pitch_m.x);
+  std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan.hologram.pitch_m.y);
+  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan.hologram.wavelength_m);
+  put(plan.hologram.largest_sine, plane.sine_limit_x, plane.sine_limit_y);
+}
+
 }  // namespace
 
 Gatherer::Gatherer(const cl::Device& device, const Plan& plan, const DeviceScene& scene,
@@ -59,9 +70,9 @@ void Gatherer::draw_phases(std::uint32_t seed) {
     phasors_ = {device_, room * static_cast<std::size_t>(frames_), "phases"};
   }
   if (table_.count > 0)
-    draw_phases_.run({static_cast<std::size_t>(table_.count)},
-                     {lanes_ == 1 ? std::size_t{64} : std::size_t{1}}, table_.samples, table_.count,
-                     frames_, seed, static_cast<float>(-plan_.extent.origin_m.z), phasors_);
+    draw_phases_.run({static_cast<std::size_t>(table_.count)}, group_of_samples(device_.info()),
+                     table_.samples, table_.count, frames_, seed,
+                     static_cast<float>(-plan_.extent.origin_m.z), phasors_);
 }
 
 /// Floats of one axis of the profiles of plane-wave samples, in whole packets.
@@ -81,17 +92,13 @@ device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
       glm::dvec2(centre_m) + glm::dvec2(-1, 1) * glm::dvec2(size - 1) * pitch / 2.0;
 
   device::GatherPlane plane{};
-  plane.nx = size.x;
-  plane.ny = size.y;
+  set_sampling(plan_, plane);
   std::tie(plane.left, plane.left_low) = split(corner.x - plan_.extent.origin_m.x);
   std::tie(plane.top, plane.top_low) = split(corner.y - plan_.extent.origin_m.y);
   std::tie(plane.z, plane.z_low) = split(centre_m.z - plan_.extent.origin_m.z);
-  std::tie(plane.pitch_x, plane.pitch_x_low) = split(pitch.x);
-  std::tie(plane.pitch_y, plane.pitch_y_low) = split(pitch.y);
   std::tie(plane.hologram_x, plane.hologram_x_low) = split(tile_m.x - plan_.extent.origin_m.x);
   std::tie(plane.hologram_y, plane.hologram_y_low) = split(tile_m.y - plan_.extent.origin_m.y);
   std::tie(plane.hologram_z, plane.hologram_z_low) = split(-plan_.extent.origin_m.z);
-  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
   std::tie(plane.begin_z, plane.end_z) = layer_bounds(plan_, layer);
 
   // The cone of each sample. A plane at the hologram has no cone to apodize: every pixel receives
@@ -99,28 +106,19 @@ device::GatherPlane Gatherer::plane_of(const Wrp& wrp) const {
   const bool at_hologram = centre_m.z == 0;
   const auto fan = at_hologram ? glm::dvec2(1) : plan_.tiling.cone,
              edge = at_hologram ? glm::dvec2(0) : plan_.tiling.apodization;
-  plane.cone_x = static_cast<float>(fan.x);
-  plane.cone_y = static_cast<float>(fan.y);
+  put(fan, plane.cone_x, plane.cone_y);
   plane.apodization_rate_x = edge.x > 0 ? static_cast<float>(1 / edge.x) : 0.0f;
   plane.apodization_rate_y = edge.y > 0 ? static_cast<float>(1 / edge.y) : 0.0f;
-  plane.sine_limit_x = static_cast<float>(plan_.hologram.largest_sine.x);
-  plane.sine_limit_y = static_cast<float>(plan_.hologram.largest_sine.y);
-  const auto reference = plan_.slm.illumination.sine_at(tile_m),
-             fall = plan_.slm.illumination.curvature_per_m() * half_window;
-  plane.reference_x = static_cast<float>(reference.x);
-  plane.reference_y = static_cast<float>(reference.y);
-  plane.reference_fall_x = static_cast<float>(fall.x);
-  plane.reference_fall_y = static_cast<float>(fall.y);
-  plane.half_window_x = static_cast<float>(half_window.x);
-  plane.half_window_y = static_cast<float>(half_window.y);
+  put(plan_.slm.illumination.sine_at(tile_m), plane.reference_x, plane.reference_y);
+  put(plan_.slm.illumination.curvature_per_m() * half_window, plane.reference_fall_x,
+      plane.reference_fall_y);
+  put(half_window, plane.half_window_x, plane.half_window_y);
 
   // Visibility masks divide the window of the whole hologram, enlarged by the cone: scale and shift
   // map positions in the tile's window to it.
   const auto visibility_half = std::max(1.0, plan_.cone.half_width) * plan_.window_m() / 2.0;
-  plane.visibility_scale_x = static_cast<float>(half_window.x / visibility_half.x);
-  plane.visibility_scale_y = static_cast<float>(half_window.y / visibility_half.y);
-  plane.visibility_shift_x = static_cast<float>(tile_m.x / visibility_half.x);
-  plane.visibility_shift_y = static_cast<float>(tile_m.y / visibility_half.y);
+  put(half_window / visibility_half, plane.visibility_scale_x, plane.visibility_scale_y);
+  put(tile_m / visibility_half, plane.visibility_shift_x, plane.visibility_shift_y);
   return plane;
 }
 
@@ -129,9 +127,7 @@ void Gatherer::add_footprints_at_hologram(device::GatherPlane& plane) const {
   plane.window_x = plane.window_y = 1e6f;
   if (!is_near_hologram(plan_)) return;
   // Masks divide directions
-  const auto steepest = steepest_of_masks(plan_);
-  plane.visibility_scale_x = static_cast<float>(1 / steepest.x);
-  plane.visibility_scale_y = static_cast<float>(1 / steepest.y);
+  put(1.0 / steepest_of_masks(plan_), plane.visibility_scale_x, plane.visibility_scale_y);
   plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
   plane.plane_wave_tail = static_cast<float>(near_hologram_tail);
   const auto room = [this](int axis, int pixels) {
@@ -162,10 +158,8 @@ void Gatherer::add_footprints(const Wrp& wrp, device::GatherPlane& plane) const 
   // in the lattice is (x - centre) / distance + centre / z.
   const auto turned = tile_m * (1 / near_m + 1 / far_m) / 2.0,
              spread = glm::abs(tile_m) * std::abs(1 / near_m - 1 / far_m) / 2.0;
-  plane.tangent_x = static_cast<float>((corner.x - tile_m.x) / centre_m.z + turned.x);
-  plane.tangent_y = static_cast<float>((corner.y - tile_m.y) / centre_m.z + turned.y);
-  plane.tangent_step_x = static_cast<float>(pitch.x / centre_m.z);
-  plane.tangent_step_y = static_cast<float>(pitch.y / centre_m.z);
+  put((corner - tile_m) / centre_m.z + turned, plane.tangent_x, plane.tangent_y);
+  put(pitch / centre_m.z, plane.tangent_step_x, plane.tangent_step_y);
   // Samples whose footprint is narrow are gathered as plane waves, with diffraction tails.
   const glm::dvec2 spot(spot_of(plan_.hologram.wavelength_m, farthest_m, fan.x, 2 * half_window.x),
                         spot_of(plan_.hologram.wavelength_m, farthest_m, fan.y, 2 * half_window.y));
@@ -176,8 +170,7 @@ void Gatherer::add_footprints(const Wrp& wrp, device::GatherPlane& plane) const 
   const auto tail = (any_near ? plane_wave_tail : 0.0) * spot / std::abs(centre_m.z);
   plane.plane_wave_spots = static_cast<float>(plane_wave_spots_);
   plane.plane_wave_tail = static_cast<float>(plane_wave_tail);
-  plane.window_x = static_cast<float>(widest.x * half_window.x + tail.x + spread.x);
-  plane.window_y = static_cast<float>(widest.y * half_window.y + tail.y + spread.y);
+  put(widest * half_window + tail + spread, plane.window_x, plane.window_y);
   // Pixels that the profile of one plane-wave sample covers, in whole packets
   if (any_near) {
     const auto room = [&](int axis) {
@@ -204,8 +197,8 @@ void Gatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field) {
   auto lattice = table_.lattice;
   lattice.half_width = plane.half_window_x;
   lattice.half_height = plane.half_window_y;
-  const cl::Range group{lanes_ == 1 ? std::size_t{64} : std::size_t{1}},
-      local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
+  const cl::Range group = group_of_samples(device_.info()),
+                  local = lanes_ == 1 ? cl::Range{8, 8, 1} : cl::Range{1, 1, 1};
   const auto stride = static_cast<std::int32_t>(footprints_.size() / 4);
   if (table_.count > 0)
     project_samples_.run({static_cast<std::size_t>(table_.count)}, group, table_.samples,
@@ -267,18 +260,12 @@ void FanTracer::trace(const Wrp& wrp, std::uint32_t seed, cl::ComplexBuffer& fie
   // The WRP in the scene frame, lengths as pairs of floats
   const glm::dvec3 centre = wrp.centre_m - plan_.extent.origin_m;
   device::TracePlane plane{};
-  plane.nx = plan_.tiling.tile_size.x;
-  plane.ny = plan_.tiling.tile_size.y;
+  set_sampling(plan_, plane);
   std::tie(plane.left, plane.left_low) =
       split(centre.x - (plan_.tiling.tile_size.x - 1) / 2.0 * plan_.hologram.pitch_m.x);
   std::tie(plane.top, plane.top_low) =
       split(centre.y + (plan_.tiling.tile_size.y - 1) / 2.0 * plan_.hologram.pitch_m.y);
   std::tie(plane.z, plane.z_low) = split(centre.z);
-  std::tie(plane.pitch_x, plane.pitch_x_low) = split(plan_.hologram.pitch_m.x);
-  std::tie(plane.pitch_y, plane.pitch_y_low) = split(plan_.hologram.pitch_m.y);
-  std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
-  plane.sine_limit_x = static_cast<float>(plan_.hologram.largest_sine.x);
-  plane.sine_limit_y = static_cast<float>(plan_.hologram.largest_sine.y);
   plane.sampling_rate = static_cast<float>(1 / plan_.samples.pitch_m);
   plane.bias = scene_.bias_m;
   plane.reach = 4 * (scene_.diameter_m + static_cast<float>(plan_.extent.far_m - wrp.centre_m.z) +

@@ -31,26 +31,18 @@ double volume_below(const World& world, std::size_t triangle) {
 
 /// Winding of an object: 1 when its triangles are counter-clockwise seen from outside, -1 when they
 /// are clockwise, 0 when the mesh is open.
-std::int32_t side_of(const World& world, std::size_t object, double volume) {
-  return !world.object_closed[object] || volume == 0 ? 0 : volume > 0 ? 1 : -1;
+std::int32_t side_of(const World& world, std::size_t object) {
+  if (!world.object_closed[object]) return 0;
+  const auto [first, count] = triangles_of(object, world.triangle_object);
+  double volume = 0;
+  for (auto i = first; i < first + count; ++i) volume += volume_below(world, i);
+  return volume == 0 ? 0 : volume > 0 ? 1 : -1;
 }
 
 std::vector<std::int32_t> sides_of(const World& world) {
-  std::vector<double> volume(world.object_closed.size(), 0.0);
-  for (std::size_t i = 0; i < world.triangles.size(); ++i)
-    volume[static_cast<std::size_t>(world.triangle_object[i])] += volume_below(world, i);
   std::vector<std::int32_t> sides;
-  for (std::size_t i = 0; i < volume.size(); ++i) sides.push_back(side_of(world, i, volume[i]));
+  for (std::size_t i = 0; i < world.object_closed.size(); ++i) sides.push_back(side_of(world, i));
   return sides;
-}
-
-/// Winding of one object whose vertices have changed.
-std::int32_t side_now(const World& world, std::size_t object) {
-  const auto& placed = world.placed[object];
-  double volume = 0;
-  for (auto i = placed.first_triangle; i < placed.first_triangle + placed.triangles; ++i)
-    volume += volume_below(world, i);
-  return side_of(world, object, volume);
 }
 
 /// The corners of an object's vertices in the frame of the instances.
@@ -90,23 +82,6 @@ std::vector<device::BvhNode> nodes_at(const Bvh& bvh, std::int32_t first_node,
   }
   return nodes;
 }
-
-/// The trees of all instances, concatenated.
-struct Trees {
-  std::vector<device::BvhNode> nodes;
-  std::vector<device::Triangle> triangles;
-  std::vector<std::int32_t> roots;
-  int depth = 0;  // Bvh::depth of the deepest
-
-  void add(const Bvh& bvh) {
-    const auto first_node = static_cast<std::int32_t>(nodes.size()),
-               first_triangle = static_cast<std::int32_t>(triangles.size());
-    roots.push_back(first_node);
-    depth = std::max(depth, bvh.depth);
-    const auto more = nodes_at(bvh, first_node, first_triangle);
-    nodes.insert(nodes.end(), more.begin(), more.end());
-  }
-};
 
 /// The objects of each instance: first all that have never moved, if any, then one instance for
 /// each object that has.
@@ -166,15 +141,13 @@ device::Instance instance_after(const Motion& motion, glm::dvec3 anchor_m, glm::
 /// and what rounding may do to rays that come from the hologram.
 Box box_after(const Motion& motion, glm::dvec3 anchor_m, glm::dvec3 origin_m,
               const device::BvhNode& root) {
-  Box box{glm::dvec3(INFINITY), glm::dvec3(-INFINITY)};
+  Box box;
   const auto add = [&](const float* min, const float* max) {
     if (min[0] > max[0]) return;  // a root with one child
     for (int corner = 0; corner < 8; ++corner) {
       glm::dvec3 p;
       for (int axis = 0; axis < 3; ++axis) p[axis] = corner >> axis & 1 ? max[axis] : min[axis];
-      const auto q = motion(p + anchor_m) - origin_m;
-      box.min_m = glm::min(box.min_m, q);
-      box.max_m = glm::max(box.max_m, q);
+      box.add(motion(p + anchor_m) - origin_m);
     }
   };
   add(root.left_min, root.left_max);
@@ -250,11 +223,8 @@ std::vector<std::size_t> Instances::upload_changed(const World& world, DeviceTre
     if (placed.version == versions_[i]) continue;
     versions_[i] = placed.version;
     changed.push_back(i);
-    tree.positions.write(
-        in_frame(std::span(world.positions).subspan(placed.first_vertex, placed.vertices),
-                 anchor_m_),
-        3 * placed.first_vertex);
-    sides_[i] = side_now(world, i);
+    tree.positions.write(in_frame(placed.own(world.positions), anchor_m_), 3 * placed.first_vertex);
+    sides_[i] = side_of(world, i);
   }
   return changed;
 }
@@ -325,25 +295,28 @@ void Instances::build_trees(const World& world, const Plan& plan, DeviceTree& tr
 
 /// One tree per instance; triangles are stored in the order of the tree's leaves.
 void Instances::upload(const std::vector<const InstanceTree*>& shown, DeviceTree& tree) {
-  Trees trees;
-  trees.nodes.resize(shown.size() - 1);  // of the tree over the instances, which place() makes
+  // First the nodes of the tree over the instances, which place() makes
+  std::vector<device::BvhNode> nodes(shown.size() - 1);
+  std::vector<device::Triangle> triangles;
   std::vector<std::int32_t> neighbours;
-  for (const auto* one : shown) {
-    const auto first = static_cast<std::int32_t>(trees.triangles.size());
-    for (const auto other : one->neighbours)
-      neighbours.push_back(other < 0 ? other : first + other);
-    trees.add(one->bvh);
-    trees.triangles.insert(trees.triangles.end(), one->triangles.begin(), one->triangles.end());
-  }
-  roots_ = std::move(trees.roots);
+  roots_.clear();
   root_nodes_.clear();
-  for (const auto place : roots_)
-    root_nodes_.push_back(trees.nodes[static_cast<std::size_t>(place)]);
-  cl::put(device_, tree.nodes, trees.nodes, "trees");
-  cl::put(device_, tree.triangles, trees.triangles, "triangles");
+  for (const auto* one : shown) {
+    const auto first_node = static_cast<std::int32_t>(nodes.size()),
+               first_triangle = static_cast<std::int32_t>(triangles.size());
+    for (const auto other : one->neighbours)
+      neighbours.push_back(other < 0 ? other : first_triangle + other);
+    const auto more = nodes_at(one->bvh, first_node, first_triangle);
+    nodes.insert(nodes.end(), more.begin(), more.end());
+    triangles.insert(triangles.end(), one->triangles.begin(), one->triangles.end());
+    roots_.push_back(first_node);
+    root_nodes_.push_back(more[0]);
+    depth_ = std::max(depth_, one->bvh.depth);
+  }
+  cl::put(device_, tree.nodes, nodes, "trees");
+  cl::put(device_, tree.triangles, triangles, "triangles");
   if (neighbours.empty()) neighbours.push_back(-1);
   cl::put(device_, tree.neighbours, neighbours, "neighbours of triangles");
-  depth_ = std::max(depth_, trees.depth);
 }
 
 /// Refits the trees of objects whose vertices have changed, or builds them for this picture.

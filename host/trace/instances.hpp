@@ -4,6 +4,7 @@
 #pragma once
 
 #include <cstdint>
+#include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <optional>
 #include <tuple>
@@ -42,6 +43,16 @@ device::Instance instance_at_rest(std::int32_t root = 0);
 inline std::pair<float, float> split(double value) {
   const auto high = static_cast<float>(value);
   return {high, static_cast<float>(value - high)};
+}
+
+/// Puts a vector into floats.
+inline void put(const glm::dvec2& v, float& x, float& y) {
+  x = static_cast<float>(v.x);
+  y = static_cast<float>(v.y);
+}
+inline void put(const glm::dvec3& v, float& x, float& y, float& z) {
+  put(glm::dvec2(v), x, y);
+  z = static_cast<float>(v.z);
 }
 
 /// The tree of an instance, and what follows its leaves.

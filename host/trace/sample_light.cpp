@@ -43,10 +43,10 @@ SampleLight sample_light(const cl::Device& device, const Plan& plan, const Devic
   result.irradiance.resize(count * each);
   for (std::size_t first = 0; first < count; first += most_lit_together) {
     const auto some = std::min(most_lit_together, count - first);
-    kernel.run({some}, {lanes_for(device.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-               scene.lights, table.samples, table.lit, table.visibility_masks,
-               static_cast<std::int32_t>(first), static_cast<std::int32_t>(some), lattice.centre_x,
-               lattice.centre_y, lattice.centre_z, lattice.half_width, lattice.half_height,
+    kernel.run({some}, group_of_samples(device.info()), scene.lights, table.samples, table.lit,
+               table.visibility_masks, static_cast<std::int32_t>(first),
+               static_cast<std::int32_t>(some), lattice.centre_x, lattice.centre_y,
+               lattice.centre_z, lattice.half_width, lattice.half_height,
                static_cast<float>(through.a), static_cast<float>(through.b_m),
                static_cast<float>(result.middle_m.x), static_cast<float>(result.middle_m.y),
                static_cast<float>(result.half_m.x), static_cast<float>(result.half_m.y),

@@ -1,10 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/trace/samples.hpp"
 
-#include <cmath>
 #include <cstring>
-#include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <limits>
 
 #include "host/common/error.hpp"
@@ -33,26 +30,16 @@ constexpr std::size_t floats_of_layers = 32;  // Layers of kernels/scene/bvh.h, 
 
 device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
   const auto& wanted = plan.lattice;
-  const glm::dvec3 centre = -plan.extent.origin_m;
   device::Lattice lattice{};
   lattice.first_x = wanted.first.x;
   lattice.first_y = wanted.first.y;
   lattice.nx = wanted.size.x;
   lattice.ny = wanted.size.y;
   lattice.step = static_cast<float>(wanted.step);
-  lattice.centre_x = static_cast<float>(centre.x);
-  lattice.centre_y = static_cast<float>(centre.y);
-  lattice.centre_z = static_cast<float>(centre.z);
-  const auto eye = wanted.eye_m - plan.extent.origin_m;
-  lattice.eye_x = static_cast<float>(eye.x);
-  lattice.eye_y = static_cast<float>(eye.y);
-  lattice.eye_z = static_cast<float>(eye.z);
+  put(-plan.extent.origin_m, lattice.centre_x, lattice.centre_y, lattice.centre_z);
+  put(wanted.eye_m - plan.extent.origin_m, lattice.eye_x, lattice.eye_y, lattice.eye_z);
   lattice.steepest_x = lattice.steepest_y = std::numeric_limits<float>::max();
-  if (is_near_hologram(plan)) {
-    const auto steepest = steepest_of_masks(plan);
-    lattice.steepest_x = static_cast<float>(steepest.x);
-    lattice.steepest_y = static_cast<float>(steepest.y);
-  }
+  if (is_near_hologram(plan)) put(steepest_of_masks(plan), lattice.steepest_x, lattice.steepest_y);
   lattice.near_z =
       static_cast<float>(plan.extent.near_m - plan.extent.origin_m.z) - 0.01f * scene.diameter_m;
   lattice.full_z = static_cast<float>(wanted.full_z_m);
@@ -63,10 +50,9 @@ device::Lattice lattice_of(const Plan& plan, const DeviceScene& scene) {
           ? plan.extent.far_m * 2
           : 2 * (plan.extent.farthest_m() + plan.extent.far_m - plan.extent.near_m) +
                 scene.diameter_m);
-  lattice.half_width = static_cast<float>(plan.hologram.size.x * plan.hologram.pitch_m.x / 2 *
-                                          std::max(1.0, plan.cone.half_width));
-  lattice.half_height = static_cast<float>(plan.hologram.size.y * plan.hologram.pitch_m.y / 2 *
-                                           std::max(1.0, plan.cone.half_width));
+  put(glm::dvec2(plan.hologram.size) * plan.hologram.pitch_m / 2.0 *
+          std::max(1.0, plan.cone.half_width),
+      lattice.half_width, lattice.half_height);
   return lattice;
 }
 
@@ -132,8 +118,10 @@ SampleTable::SampleTable(const cl::Device& device, const Plan& plan, const Devic
     apart_.emplace(device, program_, sample_options(plan, scene), plan.samples.antialias);
   if (plan.hologram.colour) show_laser_.emplace(program_.kernel("show_laser"));
   if (plan.has_specular_samples())
-    specular_.emplace(device, cl::with(sample_options(plan, scene),
-                                       {{option::paths, has_fitted_paths(plan) ? "1" : "0"}}));
+    specular_.emplace(device,
+                      cl::with(sample_options(plan, scene),
+                               {{option::paths, std::to_string(has_fitted_paths(plan))}}),
+                      visibility_words());
   else if (counting.value_or(counting_of(device.info())) == Counting::on_device)
     on_device_.emplace(device);
   find(plan, scene);
@@ -166,9 +154,8 @@ void SampleTable::show(const Plan& plan, const DeviceScene& scene) {
 
 void SampleTable::show_laser(const DeviceScene& scene) {
   if (!show_laser_ || count == 0) return;
-  const cl::Range group{lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}};
-  show_laser_->run({static_cast<std::size_t>(count)}, group, colours, scene.light,
-                   static_cast<std::int32_t>(count), samples);
+  show_laser_->run({static_cast<std::size_t>(count)}, group_of_samples(device_.info()), colours,
+                   scene.light, static_cast<std::int32_t>(count), samples);
 }
 
 void SampleTable::find(const Plan& plan, const DeviceScene& scene) {
@@ -353,10 +340,9 @@ void SampleTable::append_band(const DeviceScene& scene, std::size_t cells, const
   grow(device_, lit, kept * lights, wanted * lights, "lights on samples");
   grow(device_, colours, kept * colour, std::max<std::size_t>(1, wanted * colour),
        "colours of samples");
-  const cl::Range group{lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}};
-  pack_samples_.run({cells}, group, band_.counts, band_.first, static_cast<std::int32_t>(cells),
-                    slots_, band_.samples, band_.visibility_masks, band_.lit, band_.colours,
-                    samples, visibility_masks, lit, colours);
+  pack_samples_.run({cells}, group_of_samples(device_.info()), band_.counts, band_.first,
+                    static_cast<std::int32_t>(cells), slots_, band_.samples, band_.visibility_masks,
+                    band_.lit, band_.colours, samples, visibility_masks, lit, colours);
   grow(device_, paths, static_cast<std::size_t>(before.specular),
        static_cast<std::size_t>(std::max(after.specular, 1)),
        "paths over mirrors and through glass");

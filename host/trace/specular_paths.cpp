@@ -6,10 +6,8 @@
 #include <cmath>
 #include <cstddef>
 #include <numeric>
-#include <string>
 #include <utility>
 
-#include "host/geometry/kernel_options.hpp"
 #include "kernels/samples/path_layout.h"
 
 namespace raywave {
@@ -107,14 +105,13 @@ std::vector<float> fits(double reach) {
 
 }  // namespace
 
-SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& options)
+SpecularPaths::SpecularPaths(const cl::Device& device, const cl::Options& options,
+                             std::size_t visibility_words)
     : device_(device),
       program_(device, "kernels/samples/paths.cl", options),
       find_(program_.kernel("find_paths")),
       pack_(program_.kernel("pack_paths")),
-      visibility_words_(static_cast<std::size_t>(
-          std::max(1, std::stoi(options.at(option::visibility_parts)) *
-                          std::stoi(options.at(option::visibility_parts)) / 32))) {}
+      visibility_words_(visibility_words) {}
 
 std::vector<glm::ivec2> SpecularPaths::find(const Plan& plan, const DeviceScene& scene,
                                             const device::Lattice& lattice,
@@ -182,10 +179,9 @@ void SpecularPaths::pack(std::span<const glm::ivec4> first, cl::Buffer<device::S
     for (const auto number : found->numbers) places.push_back(first[number]);
     make_room(device_, found->on_first, count, "samples of each cell");
     found->on_first.write(places);
-    pack_.run({count}, {lanes_for(device_.info()) == 1 ? std::size_t{64} : std::size_t{1}},
-              found->on_counts, found->on_first, static_cast<std::int32_t>(count), found->slots,
-              found->samples, found->visibility_masks, found->paths, samples, visibility_masks, lit,
-              paths);
+    pack_.run({count}, group_of_samples(device_.info()), found->on_counts, found->on_first,
+              static_cast<std::int32_t>(count), found->slots, found->samples,
+              found->visibility_masks, found->paths, samples, visibility_masks, lit, paths);
   }
 }
 

@@ -19,8 +19,9 @@ namespace raywave {
 /// Finds the samples of some cells of the lattice, and appends them to those of SampleTable.
 class SpecularPaths {
 public:
-  /// options  of kernels/samples/samples.cl
-  SpecularPaths(const cl::Device& device, const cl::Options& options);
+  /// options           of kernels/samples/samples.cl
+  /// visibility_words  of a sample (SampleTable)
+  SpecularPaths(const cl::Device& device, const cl::Options& options, std::size_t visibility_words);
 
   /// Samples of a cell, and how many of them are hidden from some part of the window.
   ///

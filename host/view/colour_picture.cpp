@@ -147,7 +147,7 @@ ColourComparison compare_colours(const RgbPicture& a, const RgbPicture& b,
     result.mean += differences.back();
   }
   result.mean /= static_cast<double>(differences.size());
-  std::sort(differences.begin(), differences.end());
+  std::ranges::sort(differences);
   const auto at = [&](double share) {
     return differences[static_cast<std::size_t>(share *
                                                 static_cast<double>(differences.size() - 1))];

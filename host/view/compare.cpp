@@ -14,6 +14,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/common/threads.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/view/flip.hpp"
 
 namespace raywave {
@@ -48,27 +49,11 @@ Image image_of(const Plane& plane) {
   return image;
 }
 
-std::string size_text(int width, int height) {
-  return std::to_string(width) + " x " + std::to_string(height);
-}
-
-/// Weights of a Gaussian at 0, 1, ..., radius; those of both sides sum to 1.
-std::vector<double> gaussian(double sigma_px, int radius) {
-  std::vector<double> weights{1};
-  double sum = 1;
-  for (int k = 1; k <= radius; ++k) {
-    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
-    sum += 2 * weights.back();
-  }
-  for (double& w : weights) w /= sum;
-  return weights;
-}
-
 std::vector<double> blur_weights(double sigma_px) {
   if (!(sigma_px >= 0 && sigma_px <= most_blur_px))
     throw InputError("blur: must be 0 to " + number_text(most_blur_px) + " pixels, got " +
                      number_text(sigma_px));
-  return gaussian(sigma_px, static_cast<int>(4 * sigma_px + 0.5));
+  return gaussian_weights(sigma_px, static_cast<int>(4 * sigma_px + 0.5));
 }
 
 /// d c b a | a b c d | d c b a, for any i.
@@ -119,9 +104,9 @@ void require_inside(const Region& r, const Plane& plane) {
   const bool inside = r.x >= 0 && r.y >= 0 && r.width >= 1 && r.height >= 1 &&
                       r.width <= plane.width - r.x && r.height <= plane.height - r.y;
   if (!inside) {
-    throw InputError("region: " + size_text(r.width, r.height) + " pixels from (" +
+    throw InputError("region: " + extent_text({r.width, r.height}) + " pixels from (" +
                      std::to_string(r.x) + ", " + std::to_string(r.y) +
-                     ") do not lie in the picture of " + size_text(plane.width, plane.height));
+                     ") do not lie in the picture of " + extent_text({plane.width, plane.height}));
   }
 }
 
@@ -139,9 +124,7 @@ Plane product(const Plane& a, const Plane& b) {
 /// The factor of b that brings it nearest to a.
 double best_scale(const Plane& a, const Plane& b) { return dot(b, a) / dot(b, b); }
 
-double largest(const Plane& plane) {
-  return *std::max_element(plane.pixels.begin(), plane.pixels.end());
-}
+double largest(const Plane& plane) { return *std::ranges::max_element(plane.pixels); }
 
 /// Brings intensities to the domain that they are compared in.
 void bring_to(Domain domain, Plane& a, Plane& b) {
@@ -169,7 +152,7 @@ double contrast_of(const Plane& plane, const char* subject) {
 /// Mean over the windows that lie wholly inside; where the picture is smaller than a window, over
 /// all, with mirrored borders.
 double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
-  const auto window = gaussian(kSsimSigmaPx, kSsimRadius);
+  const auto window = gaussian_weights(kSsimSigmaPx, kSsimRadius);
   const auto local = [&](const Plane& plane) { return smoothed(plane, window); };
   const Plane mean_a = local(a), mean_b = local(b);
   const Plane mean_aa = local(product(a, a)), mean_bb = local(product(b, b)),
@@ -192,12 +175,38 @@ double mean_ssim(const Plane& a, const Plane& b, double dynamic_range) {
   return sum / (1.0 * (a.width - 2 * margin_x) * (a.height - 2 * margin_y));
 }
 
+/// A row or column of `count` values, `step` apart, weighed around the middles of its squares.
+void weigh(const float* from, int count, std::size_t step, int side, float* to,
+           std::size_t to_step) {
+  for (int square = 0; square * side < count; ++square) {
+    const double middle = square * side + (side - 1) / 2.0;
+    double sum = 0, all = 0;
+    for (int i = std::max(0, (square - 1) * side); i < std::min(count, (square + 2) * side); ++i) {
+      const double weight = std::max(0.0, side - std::abs(i - middle));
+      sum += weight * double{from[static_cast<std::size_t>(i) * step]};
+      all += weight;
+    }
+    to[static_cast<std::size_t>(square) * to_step] = static_cast<float>(sum / all);
+  }
+}
+
 }  // namespace
+
+std::vector<double> gaussian_weights(double sigma_px, int radius) {
+  std::vector<double> weights{1};
+  double sum = 1;
+  for (int k = 1; k <= radius; ++k) {
+    weights.push_back(std::exp(-0.5 * k * k / (sigma_px * sigma_px)));
+    sum += 2 * weights.back();
+  }
+  for (double& w : weights) w /= sum;
+  return weights;
+}
 
 FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
   const auto shape_text = [](const FieldStack& f) {
     return std::to_string(f.frames) + (f.frames == 1 ? " frame of " : " frames of ") +
-           size_text(f.nx, f.ny);
+           extent_text({f.nx, f.ny});
   };
   if (a.nx != b.nx || a.ny != b.ny || a.frames != b.frames)
     throw InputError("compare: the fields differ in size: A has " + shape_text(a) + ", B " +
@@ -248,13 +257,14 @@ FieldComparison compare_fields(const FieldStack& a, const FieldStack& b) {
 
 PictureComparison compare_pictures(const Image& a, const Image& b, const PictureOptions& options) {
   if (a.width != b.width || a.height != b.height) {
-    throw InputError("compare: the pictures differ in size: A is " + size_text(a.width, a.height) +
-                     " pixels, B " + size_text(b.width, b.height));
+    throw InputError("compare: the pictures differ in size: A is " +
+                     extent_text({a.width, a.height}) + " pixels, B " +
+                     extent_text({b.width, b.height}));
   }
   const int border = options.border_px, widest_border = (std::min(a.width, a.height) - 1) / 2;
   if (border < 0 || border > widest_border) {
     throw InputError("border: must be 0 to " + std::to_string(widest_border) +
-                     " pixels for a picture of " + size_text(a.width, a.height) + ", got " +
+                     " pixels for a picture of " + extent_text({a.width, a.height}) + ", got " +
                      std::to_string(border));
   }
   const auto weights = blur_weights(options.blur_px);
@@ -328,25 +338,6 @@ double largest_magnitude(const Image& values) {
   return largest;
 }
 
-namespace {
-
-/// A row or column of `count` values, `step` apart, weighed around the middles of its squares.
-void weigh(const float* from, int count, std::size_t step, int side, float* to,
-           std::size_t to_step) {
-  for (int square = 0; square * side < count; ++square) {
-    const double middle = square * side + (side - 1) / 2.0;
-    double sum = 0, all = 0;
-    for (int i = std::max(0, (square - 1) * side); i < std::min(count, (square + 2) * side); ++i) {
-      const double weight = std::max(0.0, side - std::abs(i - middle));
-      sum += weight * double{from[static_cast<std::size_t>(i) * step]};
-      all += weight;
-    }
-    to[static_cast<std::size_t>(square) * to_step] = static_cast<float>(sum / all);
-  }
-}
-
-}  // namespace
-
 Image averaged(const Image& image, int side) {
   if (side == 1) return image;
   const auto across = static_cast<std::size_t>((image.width + side - 1) / side),
@@ -363,7 +354,7 @@ Image averaged(const Image& image, int side) {
 }
 
 double light_in_picture(const Image& lens, const Image& hologram) {
-  const float least = *std::max_element(lens.pixels.begin(), lens.pixels.end()) / 100;
+  const float least = *std::ranges::max_element(lens.pixels) / 100;
   int left = lens.width, right = -1, top = lens.height, bottom = -1;
   for (int y = 0; y < lens.height; ++y) {
     for (int x = 0; x < lens.width; ++x) {
@@ -374,12 +365,8 @@ double light_in_picture(const Image& lens, const Image& hologram) {
       bottom = y;
     }
   }
-  double sum = 0;
-  for (int y = top; y <= bottom; ++y) {
-    for (int x = left; x <= right; ++x)
-      sum += hologram.pixels[std::size_t{1} * y * hologram.width + x];
-  }
-  return sum;
+  const auto part = cropped(hologram, {left, top, right - left + 1, bottom - top + 1});
+  return std::accumulate(part.pixels.begin(), part.pixels.end(), 0.0);
 }
 
 }  // namespace raywave

@@ -69,6 +69,9 @@ PictureComparison compare_pictures(const Image& a, const Image& b,
 
 inline constexpr double most_blur_px = 1000;
 
+/// Weights of a Gaussian at 0, 1, ..., radius; those of both sides sum to 1.
+std::vector<double> gaussian_weights(double sigma_px, int radius);
+
 /// Gaussian blur, cut off at 4 sigma and summing to 1; borders are mirrored with the edge pixel
 /// repeated, as SciPy's 'reflect'.
 ///

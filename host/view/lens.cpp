@@ -79,8 +79,7 @@ void look_through(const Pupil& pupil, const Plan& plan, const LensSpec& what, gl
   lens.window_right = static_cast<float>(high_m.x - origin_m.x);
   lens.window_bottom = static_cast<float>(low_m.y - origin_m.y);
   lens.window_top = static_cast<float>(high_m.y - origin_m.y);
-  const auto sine = glm::min(plan.hologram.largest_sine, 0.999);
-  const auto tangent = sine / glm::sqrt(1.0 - sine * sine);
+  const auto tangent = tangents_of_sines(plan.hologram.largest_sine);
   lens.steepest_x = static_cast<float>(tangent.x);
   lens.steepest_y = static_cast<float>(tangent.y);
 }
@@ -153,8 +152,7 @@ Image lens_picture(const cl::Device& device, const Plan& plan, const DeviceScene
   const auto size =
       picture_size(what.window_m.value_or(plan.window_m()), plan.hologram.size, pixel_m);
   const auto lens = lens_plane(plan, scene, what, size, pixel_m);
-  cl::Buffer<float> picture(
-      device, static_cast<std::size_t>(size.x) * static_cast<std::size_t>(size.y), "picture");
+  cl::Buffer<float> picture(device, area_of(size), "picture");
   auto see = lens_kernel(device, scene.options);
 
   const int lanes = lanes_for(device.info());

@@ -2,9 +2,7 @@
 #include "host/view/pupil.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
-#include <glm/common.hpp>
 #include <numbers>
 
 #include "host/common/error.hpp"

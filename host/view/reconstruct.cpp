@@ -13,6 +13,7 @@
 #include "host/common/error.hpp"
 #include "host/common/text.hpp"
 #include "host/common/threads.hpp"
+#include "host/plan/message_text.hpp"
 #include "host/plan/plan.hpp"
 #include "host/propagate/propagator.hpp"
 #include "host/scene/scene.hpp"
@@ -38,10 +39,8 @@ double unit_of(const FieldStack& hologram) {
 void check(const FieldStack& hologram, const HologramSpec& spec, const ReconstructSpec& what) {
   if (!std::isfinite(what.z_m)) throw InputError("z: must be finite");
   if (hologram.nx != spec.resolution.x || hologram.ny != spec.resolution.y) {
-    throw InputError("reconstruction: the hologram has " + std::to_string(hologram.nx) + " x " +
-                     std::to_string(hologram.ny) + " samples, " +
-                     std::to_string(spec.resolution.x) + " x " + std::to_string(spec.resolution.y) +
-                     " expected");
+    throw InputError("reconstruction: the hologram has " + extent_text({hologram.nx, hologram.ny}) +
+                     " samples, " + extent_text(spec.resolution) + " expected");
   }
   if (!std::isfinite(what.view.x) || !std::isfinite(what.view.y))
     throw InputError("view: must be two finite numbers");
@@ -161,9 +160,7 @@ glm::ivec2 piece_that_fits(const cl::Device& device, cl::FftBackend backend, glm
                            const HologramSpec& spec, const ReconstructSpec& what,
                            glm::ivec2 window) {
   constexpr int least = 256;
-  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) {
-    return each * static_cast<std::uint64_t>(plane.x) * plane.y;
-  };
+  const auto bytes = [](glm::ivec2 plane, std::uint64_t each) { return each * area_of(plane); };
   for (auto piece = size;;) {
     const auto padded = padded_size(piece, what.padding, spec.pitch_m, spec.wavelength_m, what.z_m);
     const std::string advice = "a smaller hologram needs less";
@@ -187,7 +184,7 @@ glm::ivec2 piece_that_fits(const cl::Device& device, cl::FftBackend backend, glm
 std::vector<std::complex<float>> part_of(const std::vector<std::complex<float>>& plane,
                                          glm::ivec2 size, const WindowTile& part,
                                          glm::ivec2 piece) {
-  std::vector<std::complex<float>> samples(static_cast<std::size_t>(piece.x) * piece.y);
+  std::vector<std::complex<float>> samples(area_of(piece));
   for (int y = 0; y < part.used.y; ++y)
     std::copy_n(plane.data() + static_cast<std::size_t>(part.first.y + y) * size.x + part.first.x,
                 part.used.x, samples.data() + static_cast<std::size_t>(y) * piece.x);
@@ -217,20 +214,17 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
   auto tiles = tiles_of(window, piece, spec.pitch_m);
   for (auto& tile : tiles) tile.centre_m += what.centre_m;
   std::erase_if(tiles, [&](const WindowTile& tile) {
-    return std::none_of(pieces.begin(), pieces.end(), [&](const WindowTile& from) {
-      return propagator.reaches(target_of(from, tile));
-    });
+    return std::ranges::none_of(
+        pieces, [&](const WindowTile& from) { return propagator.reaches(target_of(from, tile)); });
   });
   std::vector<Target> targets;  // of a hologram in one piece, which is loaded once
   for (const auto& tile : tiles) targets.push_back(target_of(pieces[0], tile));
 
-  cl::ComplexBuffer field(device, static_cast<std::size_t>(piece.x) * piece.y, "hologram field");
-  cl::Buffer<float> intensity(device, static_cast<std::size_t>(window.x) * window.y,
-                              "reconstruction");
+  cl::ComplexBuffer field(device, area_of(piece), "hologram field");
+  cl::Buffer<float> intensity(device, area_of(window), "reconstruction");
   intensity.fill_zero();
-  auto add_intensity =
+  const auto add_intensity =
       cl::Program(device, "kernels/view/reconstruct.cl", {}).kernel("add_intensity");
-  const bool cpu = device.info().kind == cl::DeviceKind::cpu;
 
   std::vector<std::complex<float>> masked(static_cast<std::size_t>(nx) * ny), filtered;
   std::size_t done = 0;
@@ -262,11 +256,9 @@ Image of_colour(const cl::Device& device, cl::FftBackend backend, const FieldSta
         propagator.add(target);
       }
       propagator.collect(field);
-      const auto columns = static_cast<std::size_t>(cpu ? 1 : tile.used.x),
-                 rows = static_cast<std::size_t>(tile.used.y);
-      add_intensity.run({columns, rows}, {cpu ? 1u : 64u, 1}, field, intensity, piece.x, window.x,
-                        tile.first.x, tile.first.y, tile.used.x, tile.used.y,
-                        1.0f / static_cast<float>(hologram.frames));
+      run_rows(device, add_intensity, tile.used.x, tile.used.y, field, intensity, piece.x, window.x,
+               tile.first.x, tile.first.y, tile.used.x, tile.used.y,
+               1.0f / static_cast<float>(hologram.frames));
       if (progress)
         progress(static_cast<double>(++done) / static_cast<double>(tiles.size() * hologram.frames));
     }

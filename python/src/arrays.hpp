@@ -41,16 +41,6 @@ inline std::string dtype_name(nb::dlpack::dtype type) {
   }
 }
 
-template <class T>
-const char* name_of_type() {
-  if constexpr (std::is_same_v<T, std::uint8_t>) return "uint8";
-  if constexpr (std::is_same_v<T, std::uint16_t>) return "uint16";
-  if constexpr (std::is_same_v<T, float>) return "float32";
-  if constexpr (std::is_same_v<T, double>) return "float64";
-  if constexpr (std::is_same_v<T, std::complex<float>>) return "complex64";
-  if constexpr (std::is_same_v<T, std::complex<double>>) return "complex128";
-}
-
 [[noreturn]] inline void refuse(const char* name, const std::string& what) {
   throw raywave::InputError(std::string(name) + ": " + what);
 }
@@ -115,14 +105,9 @@ inline bool try_array(nb::handle object, AnyArray& array) {
 
 /// A copy as NumPy makes it: `copy`, or `astype` of a type.
 inline AnyArray copied(const AnyArray& array, const char* method, auto... type) {
-  std::vector<std::size_t> shape;
-  std::vector<std::int64_t> strides;
-  for (std::size_t i = 0; i < array.ndim(); ++i) {
-    shape.push_back(array.shape(i));
-    strides.push_back(array.stride(i));
-  }
+  const std::vector<std::size_t> shape(array.shape_ptr(), array.shape_ptr() + array.ndim());
   const nb::ndarray<nb::numpy, nb::ro> view(array.data(), shape.size(), shape.data(), nb::handle(),
-                                            strides.data(), array.dtype());
+                                            array.stride_ptr(), array.dtype());
   const nb::object copy = nb::cast(view, nb::rv_policy::reference).attr(method)(type...);
   return nb::cast<AnyArray>(copy);
 }
@@ -156,12 +141,22 @@ bool is_of(const auto& array) {
 template <class T>
 const T* data_of(const AnyArray& array, const char* name) {
   if (!is_of<T>(array))
-    refuse(name, std::string("must be ") + name_of_type<T>() + ", got " +
-                     dtype_name(array.dtype()) +
+    refuse(name, "must be " + dtype_name(nb::dtype<T>()) + ", got " + dtype_name(array.dtype()) +
                      (std::is_same_v<T, std::complex<float>> && is_of<std::uint8_t>(array)
                           ? "; raywave.shown makes a field of levels"
                           : ""));
   return static_cast<const T*>(array.data());
+}
+
+/// Calls `use` with the elements of an array that has one of these types.
+template <class... Types>
+void with_data(const AnyArray& array, const char* name, const char* types, const auto& use) {
+  const auto used_as = [&]<class T>(const T* data) {
+    if (is_of<T>(array)) use(data);
+    return is_of<T>(array);
+  };
+  if (!(used_as(static_cast<const Types*>(array.data())) || ...))
+    refuse(name, std::string("must be ") + types + ", got " + dtype_name(array.dtype()));
 }
 
 /// The array in single precision, if it is one of this type in double precision.
@@ -170,7 +165,7 @@ AnyArray in_single(AnyArray array) {
   constexpr bool is_complex = std::is_same_v<T, std::complex<float>>;
   using Double = std::conditional_t<is_complex, std::complex<double>, double>;
   if (!is_of<Double>(array)) return array;
-  return copied(array, "astype", name_of_type<T>());
+  return copied(array, "astype", dtype_name(nb::dtype<T>()).c_str());
 }
 
 /// (ny, nx), or (frames, ny, nx) for several frames, as field.npy.
@@ -204,13 +199,11 @@ T* out_data(nb::handle object, const char* name, const std::vector<std::size_t>&
   shape += ")";
   const bool is_plane = wanted.size() == 2;
   require_plain(array, name, wanted.size(), is_plane ? 3 : wanted.size(), shape.c_str());
-  std::vector<std::size_t> sides;
-  for (std::size_t i = 0; i < array.ndim(); ++i) sides.push_back(array.shape(i));
+  std::vector<std::size_t> sides(array.shape_ptr(), array.shape_ptr() + array.ndim());
   if (is_plane && sides.size() == 3 && sides[0] == 1) sides.erase(sides.begin());
   if (sides != wanted) refuse(name, "must have the shape " + shape + ", got " + shape_text(array));
   if (!is_of<T>(array))
-    refuse(name,
-           std::string("must be ") + name_of_type<T>() + ", got " + dtype_name(array.dtype()));
+    refuse(name, "must be " + dtype_name(nb::dtype<T>()) + ", got " + dtype_name(array.dtype()));
   return static_cast<T*>(array.data());
 }
 

@@ -41,6 +41,12 @@ inline raywave::Progress progress_of(const nb::object& callback) {
   };
 }
 
+/// What `work` returns, while other threads of Python's may run.
+auto without_gil(const auto& work) {
+  const nb::gil_scoped_release release;
+  return work();
+}
+
 /// The value of a name, or what the library chooses where it is empty.
 template <raywave::Named Value>
 std::optional<Value> optional_choice(const std::string& name, const char* what) {
@@ -65,28 +71,22 @@ inline raywave::PictureView picture_view(const AnyArray& array, const char* name
           array.ndim() == 3 ? 3 : 1, data_of<float>(array, name)};
 }
 
-inline void require_sides(const AnyArray& array, const char* name) {
+inline AnyArray samples_of(nb::handle object, const char* name, std::size_t most_dimensions,
+                           const char* shape) {
+  auto array = array_of(object, name, 2, most_dimensions, shape);
   for (std::size_t i = 0; i < array.ndim(); ++i)
     if (array.shape(i) > (std::size_t{1} << 30))
       refuse(name, "has more samples than raywave takes");
+  return array;
 }
-
 inline AnyArray planes_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 3, planes);
-  require_sides(array, name);
-  return array;
+  return samples_of(object, name, 3, planes);
 }
-
 inline AnyArray plane_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 2, one_plane);
-  require_sides(array, name);
-  return array;
+  return samples_of(object, name, 2, one_plane);
 }
-
 inline AnyArray picture_of(nb::handle object, const char* name) {
-  auto array = array_of(object, name, 2, 3, pictures);
-  require_sides(array, name);
-  return array;
+  return samples_of(object, name, 3, pictures);
 }
 
 template <class T>

@@ -17,11 +17,7 @@ void add_display(nb::module_& m) {
           [](raywave::Display& display, nb::handle levels) {
             const auto array = array_of(levels, "levels", 2, 3, pictures);
             const auto* const bytes = data_of<std::uint8_t>(array, "levels");
-            raywave::Flip flip;
-            {
-              const nb::gil_scoped_release release;
-              flip = display.show({bytes, array.size()});
-            }
+            const auto flip = without_gil([&] { return display.show({bytes, array.size()}); });
             return std::tuple(flip.refresh, flip.time_s, flip.latency_s);
           },
           "levels"_a)

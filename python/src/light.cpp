@@ -7,15 +7,16 @@ namespace {
 
 raywave::ViewOptions view_options(double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
                                   raywave::Vec2 aperture, std::optional<std::string> pupil,
-                                  const std::string& device, const std::string& fft) {
-  raywave::ViewOptions options;
-  options.z_m = z;
-  options.window_m = window;
-  options.view = view;
-  options.aperture = aperture;
-  options.pupil = std::move(pupil);
-  options.on = device_options(device, fft);
-  return options;
+                                  const std::string& device, const std::string& fft,
+                                  const nb::object& progress, raywave::Vec2 centre = {0, 0}) {
+  return {z,
+          window,
+          view,
+          aperture,
+          std::move(pupil),
+          centre,
+          device_options(device, fft),
+          progress_of(progress)};
 }
 
 Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::Vec2 shift,
@@ -23,52 +24,35 @@ Array propagate(nb::handle u, raywave::Pixels pixels, double distance, raywave::
                 std::optional<std::array<int, 2>> out_size, const std::string& device,
                 const std::string& fft) {
   const auto array = plane_of(u, "u");
-  raywave::PropagateOptions options;
-  options.shift_m = shift;
-  options.padding = padding;
-  options.out_pitch_m = out_pitch;
-  options.out_size = out_size;
-  options.on = device_options(device, fft);
-  const int nx = static_cast<int>(array.shape(1)), ny = static_cast<int>(array.shape(0));
-  if (is_of<ComplexDouble>(array)) {
-    const raywave::FieldDoubleView view{nx, ny, 1, static_cast<const ComplexDouble*>(array.data())};
-    raywave::FieldDouble result;
-    {
-      const nb::gil_scoped_release release;
-      result = raywave::propagate(view, pixels, distance, options);
-    }
-    return field_array(std::move(result));
-  }
-  if (!is_of<Complex>(array))
-    refuse("u", "must be complex64 or complex128, got " + dtype_name(array.dtype()));
-  raywave::Field result;
-  {
-    const nb::gil_scoped_release release;
-    result = raywave::propagate(field_view(array, "u"), pixels, distance, options);
-  }
-  return field_array(std::move(result));
+  const raywave::PropagateOptions options{shift, padding, out_pitch, out_size,
+                                          device_options(device, fft)};
+  auto result = nb::borrow<Array>(nb::none());
+  const auto use = [&]<class Part>(const std::complex<Part>* data) {
+    const raywave::BasicFieldView<Part> view{static_cast<int>(array.shape(1)),
+                                             static_cast<int>(array.shape(0)), 1, data};
+    result = field_array(
+        without_gil([&] { return raywave::propagate(view, pixels, distance, options); }));
+  };
+  with_data<Complex, ComplexDouble>(array, "u", "complex64 or complex128", use);
+  return result;
 }
 
 raywave::Levels levels_of(nb::handle object, const char* name) {
   const auto array = planes_of(object, name);
   const auto n = array.ndim();
-  raywave::Levels levels{static_cast<int>(array.shape(n - 1)),
-                         static_cast<int>(array.shape(n - 2)),
-                         n == 3 ? static_cast<int>(array.shape(0)) : 1,
-                         8,
-                         {},
-                         {}};
-  if (is_of<std::uint8_t>(array)) {
-    const auto* data = static_cast<const std::uint8_t*>(array.data());
-    levels.values.assign(data, data + array.size());
-  } else if (is_of<std::uint16_t>(array)) {
-    const auto* data = static_cast<const std::uint16_t*>(array.data());
-    levels.values16.assign(data, data + array.size());
-    levels.bits = 16;
-  } else {
-    refuse(name, "must be uint8, or uint16 where levels have more than 8 bits, got " +
-                     dtype_name(array.dtype()));
-  }
+  raywave::Levels levels;
+  levels.nx = static_cast<int>(array.shape(n - 1));
+  levels.ny = static_cast<int>(array.shape(n - 2));
+  levels.frames = n == 3 ? static_cast<int>(array.shape(0)) : 1;
+  const auto take = [&]<class Level>(const Level* data) {
+    levels.bits = 8 * sizeof(Level);
+    if constexpr (sizeof(Level) == 1)
+      levels.values.assign(data, data + array.size());
+    else
+      levels.values16.assign(data, data + array.size());
+  };
+  with_data<std::uint8_t, std::uint16_t>(
+      array, name, "uint8, or uint16 where levels have more than 8 bits", take);
   return levels;
 }
 
@@ -92,16 +76,11 @@ void add_light(nb::module_& m) {
          const std::string& device, const std::string& fft, const nb::object& progress,
          raywave::Vec2 centre) {
         const auto array = in_single<Complex>(planes_of(field, "field"));
-        auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
-        options.centre_m = centre;
-        options.progress = progress_of(progress);
+        const auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft,
+                                          progress, centre);
         const auto seen_from = field_view(array, "field");
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::reconstruct(seen_from, pixels, options);
-        }
-        return picture_array(std::move(picture));
+        return picture_array(
+            without_gil([&] { return raywave::reconstruct(seen_from, pixels, options); }));
       },
       "field"_a.none(), "pixels"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a,
       "pupil"_a.none(), "device"_a, "fft"_a, "progress"_a.none(), "centre"_a);
@@ -111,15 +90,9 @@ void add_light(nb::module_& m) {
          raywave::Vec2 view, raywave::Vec2 aperture, std::optional<std::string> pupil,
          const std::string& device, const std::string& fft, const nb::object& progress,
          raywave::Vec2 centre) {
-        auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft);
-        options.centre_m = centre;
-        options.progress = progress_of(progress);
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::reconstruct(hologram, options);
-        }
-        return picture_array(std::move(picture));
+        const auto options = view_options(z, window, view, aperture, std::move(pupil), device, fft,
+                                          progress, centre);
+        return picture_array(without_gil([&] { return raywave::reconstruct(hologram, options); }));
       },
       "hologram"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "device"_a,
       "fft"_a, "progress"_a.none(), "centre"_a);
@@ -128,14 +101,9 @@ void add_light(nb::module_& m) {
       [](raywave::Scene scene, double z, std::optional<raywave::Vec2> window, raywave::Vec2 view,
          raywave::Vec2 aperture, std::optional<std::string> pupil, int points,
          const std::string& device, const nb::object& progress) {
-        auto options = view_options(z, window, view, aperture, std::move(pupil), device, "");
-        options.progress = progress_of(progress);
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::lens(scene, options, points);
-        }
-        return picture_array(std::move(picture));
+        const auto options =
+            view_options(z, window, view, aperture, std::move(pupil), device, "", progress);
+        return picture_array(without_gil([&] { return raywave::lens(scene, options, points); }));
       },
       "scene"_a, "z"_a, "window"_a.none(), "view"_a, "aperture"_a, "pupil"_a.none(), "points"_a,
       "device"_a, "progress"_a.none());
@@ -144,12 +112,7 @@ void add_light(nb::module_& m) {
       [](raywave::Scene scene, std::optional<double> z, std::optional<raywave::Vec2> window,
          raywave::Vec2 view, const std::string& device) {
         const raywave::PreviewOptions options{z, window, view, device_options(device, "")};
-        raywave::Picture picture;
-        {
-          const nb::gil_scoped_release release;
-          picture = raywave::preview(scene, options);
-        }
-        return picture_array(std::move(picture));
+        return picture_array(without_gil([&] { return raywave::preview(scene, options); }));
       },
       "scene"_a, "z"_a.none(), "window"_a.none(), "view"_a, "device"_a);
   m.def(
@@ -158,24 +121,16 @@ void add_light(nb::module_& m) {
          const std::string& device) {
         const auto array = in_single<Complex>(planes_of(field, "field"));
         const auto from = field_view(array, "field");
-        raywave::Levels levels;
-        {
-          const nb::gil_scoped_release release;
-          levels = raywave::encode(from, slm, pixels, {device, {}});
-        }
-        return levels_array(std::move(levels));
+        return levels_array(without_gil([&] {
+          return raywave::encode(from, slm, pixels, {device, {}});
+        }));
       },
       "field"_a.none(), "slm"_a, "pixels"_a, "device"_a);
   m.def(
       "shown",
       [](nb::handle levels, const raywave::Slm& slm, raywave::Pixels pixels) {
         const auto from = levels_of(levels, "levels");
-        raywave::Field field;
-        {
-          const nb::gil_scoped_release release;
-          field = raywave::shown(from, slm, pixels);
-        }
-        return field_array(std::move(field));
+        return field_array(without_gil([&] { return raywave::shown(from, slm, pixels); }));
       },
       "levels"_a.none(), "slm"_a, "pixels"_a);
   m.def(
@@ -209,12 +164,8 @@ void add_light(nb::module_& m) {
         const auto shape = raywave::choice_of<raywave::Pattern>(name, "pattern");
         const raywave::PatternOptions options{
             focal, period, raywave::choice_of<raywave::Side>(to, "to"), {device, {}}};
-        raywave::Levels levels;
-        {
-          const nb::gil_scoped_release release;
-          levels = raywave::pattern(shape, resolution, pixels, slm, options);
-        }
-        return levels_array(std::move(levels));
+        return levels_array(
+            without_gil([&] { return raywave::pattern(shape, resolution, pixels, slm, options); }));
       },
       "name"_a, "resolution"_a, "pixels"_a, "slm"_a, "focal"_a, "period"_a, "to"_a, "device"_a);
   m.def(
@@ -227,11 +178,7 @@ void add_light(nb::module_& m) {
             std::move(depths),    window,      blur,   views,
             std::move(pupils),    lens_points, border, device_options(device, fft),
             progress_of(progress)};
-        std::vector<raywave::QualityRow> rows;
-        {
-          const nb::gil_scoped_release release;
-          rows = raywave::quality(hologram, options);
-        }
+        auto rows = without_gil([&] { return raywave::quality(hologram, options); });
         using Figures = decltype(figures_of({}));
         std::vector<std::tuple<double, std::string, Figures, Figures, double, std::optional<double>,
                                Array, Array, std::tuple<double, double, double>>>
@@ -265,11 +212,7 @@ void add_light(nb::module_& m) {
                                             folder,
                                             device_options(device, fft),
                                             progress_of(progress)};
-        raywave::Trade made;
-        {
-          const nb::gil_scoped_release release;
-          made = raywave::trade(scene, options);
-        }
+        auto made = without_gil([&] { return raywave::trade(scene, options); });
         auto shape = shape_of(1, made.sheet.ny, made.sheet.nx);
         shape.push_back(static_cast<std::size_t>(made.sheet.channels));
         return std::make_tuple(made.text, made.json, made.csv,

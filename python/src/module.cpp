@@ -20,12 +20,7 @@ std::vector<std::array<double, n>> vectors_of(nb::handle object, const char* nam
     for (std::size_t i = 0; i < vectors.size(); ++i)
       for (std::size_t k = 0; k < n; ++k) vectors[i][k] = static_cast<double>(data[n * i + k]);
   };
-  if (is_of<float>(array))
-    fill(static_cast<const float*>(array.data()));
-  else if (is_of<double>(array))
-    fill(static_cast<const double*>(array.data()));
-  else
-    refuse(name, "must be float32 or float64, got " + dtype_name(array.dtype()));
+  with_data<float, double>(array, name, "float32 or float64", fill);
   return vectors;
 }
 
@@ -41,16 +36,8 @@ std::vector<std::array<std::uint32_t, 3>> faces_of(nb::handle object, const char
       faces[i / 3][i % 3] = static_cast<std::uint32_t>(corner);
     }
   };
-  if (is_of<std::int32_t>(array))
-    fill(static_cast<const std::int32_t*>(array.data()));
-  else if (is_of<std::uint32_t>(array))
-    fill(static_cast<const std::uint32_t*>(array.data()));
-  else if (is_of<std::int64_t>(array))
-    fill(static_cast<const std::int64_t*>(array.data()));
-  else if (is_of<std::uint64_t>(array))
-    fill(static_cast<const std::uint64_t*>(array.data()));
-  else
-    refuse(name, "must be integers of 32 or 64 bits, got " + dtype_name(array.dtype()));
+  with_data<std::int32_t, std::uint32_t, std::int64_t, std::uint64_t>(
+      array, name, "integers of 32 or 64 bits", fill);
   return faces;
 }
 
@@ -111,83 +98,52 @@ Made make_calling(raywave::Scene scene, raywave::RenderOptions options,
   return Made(scene, options);
 }
 
-struct Animation {
+struct Animation : raywave::Animation {
   Animation(const raywave::Scene& scene, const raywave::RenderOptions& options,
             const nb::object& progress)
-      : animation(make_calling<raywave::Animation>(scene, options, progress)) {}
+      : raywave::Animation(make_calling<raywave::Animation>(scene, options, progress)) {}
 
   auto render(int number, const nb::object& progress) {
-    raywave::AnimationPicture picture;
-    {
-      const Called called(progress);
-      const nb::gil_scoped_release release;
-      picture = animation.render(number);
-    }
+    const Called called(progress);
+    auto picture = without_gil([&] { return raywave::Animation::render(number); });
     auto& levels = picture.levels;
-    const auto lasers = static_cast<int>(animation.wavelengths_m().size());
+    const auto lasers = static_cast<int>(wavelengths_m().size());
     const auto shape = shape_of(lasers, picture.holograms, levels.ny, levels.nx);
     return std::make_tuple(picture.time_s, as_numpy(std::move(levels.values), shape),
                            picture.powers, picture.notes);
   }
-
-  raywave::Animation animation;
 };
 
-struct Renderer {
+struct Renderer : raywave::Renderer {
   Renderer(const raywave::Scene& scene, const raywave::RenderOptions& options,
            const nb::object& progress)
-      : renderer(make_calling<raywave::Renderer>(scene, options, progress)) {}
+      : raywave::Renderer(make_calling<raywave::Renderer>(scene, options, progress)) {}
 
   raywave::Hologram render(const nb::object& progress) {
     const Called called(progress);
     const nb::gil_scoped_release release;
-    return renderer.render();
+    return raywave::Renderer::render();
   }
 
   std::vector<double> render_into(nb::handle out, nb::handle field, const nb::object& progress) {
     nb::ndarray<> levels_array, field_array;
     raywave::RenderTarget target;
-    const auto shape = shape_of(static_cast<int>(renderer.wavelengths_m().size()),
-                                renderer.frames(), renderer.ny(), renderer.nx());
+    const auto lasers = static_cast<int>(wavelengths_m().size());
+    const auto shape = shape_of(lasers, frames(), ny(), nx());
     if (!out.is_none()) target.levels = out_data<std::uint8_t>(out, "out", shape, levels_array);
     if (!field.is_none()) target.field = out_data<Complex>(field, "field", shape, field_array);
     const Called called(progress);
     const nb::gil_scoped_release release;
-    return renderer.render(target);
+    return raywave::Renderer::render(target);
   }
-
-  raywave::Renderer renderer;
 };
 
-raywave::RenderOptions render_options(const std::string& device, const std::string& fft,
-                                      const raywave::Goal& goal, const std::string& method,
-                                      int rays, bool keep_field) {
-  raywave::RenderOptions options;
-  options.on = device_options(device, fft);
-  options.goal = goal;
-  options.method = raywave::choice_of<raywave::Method>(method, "method");
-  options.rays_per_axis = rays;
-  options.keep_field = keep_field;
-  return options;
-}
+/// Of calls while which other threads of Python's may run.
+constexpr nb::call_guard<nb::gil_scoped_release> released;
 
-raywave::RefineOptions refine_options(std::optional<int> iterations, std::optional<int> views,
-                                      std::optional<int> lens_points,
-                                      std::optional<double> brightness, std::optional<double> blur,
-                                      std::optional<double> budget, std::vector<double> depths) {
-  raywave::RefineOptions options;
-  options.iterations = iterations;
-  options.views = views;
-  options.lens_points = lens_points;
-  options.brightness = brightness;
-  options.blur_m = blur;
-  options.budget_s = budget;
-  options.depths_m = std::move(depths);
-  return options;
-}
-
-/// All frames of a hologram, on its memory.
+/// All frames of a hologram, on its memory; None where there are none.
 Array hologram_view(const raywave::Hologram& hologram, const auto* data) {
+  if (!data) return nb::borrow<Array>(nb::none());
   return numpy_view(
       data, shape_of(hologram.lasers(), hologram.frames(), hologram.ny(), hologram.nx()), hologram);
 }
@@ -243,10 +199,7 @@ NB_MODULE(_core, m) {
           "set_mesh",
           [](raywave::Scene& scene, std::size_t object, const MeshArrays& mesh) {
             auto changed = scene;  // other threads may use the scene meanwhile
-            {
-              const nb::gil_scoped_release release;
-              changed.set_mesh(object, mesh.view());
-            }
+            without_gil([&] { changed.set_mesh(object, mesh.view()); });
             scene = changed;
           },
           "object"_a, "mesh"_a)
@@ -315,8 +268,12 @@ NB_MODULE(_core, m) {
           "__init__",
           [](raywave::RenderOptions* self, const std::string& device, const std::string& fft,
              const raywave::Goal& goal, const std::string& method, int rays, bool keep_field) {
-            new (self)
-                raywave::RenderOptions(render_options(device, fft, goal, method, rays, keep_field));
+            new (self) raywave::RenderOptions{device_options(device, fft),
+                                              goal,
+                                              raywave::choice_of<raywave::Method>(method, "method"),
+                                              rays,
+                                              keep_field,
+                                              {}};
           },
           "device"_a, "fft"_a, "goal"_a, "method"_a, "rays"_a, "keep_field"_a);
 
@@ -327,23 +284,14 @@ NB_MODULE(_core, m) {
       .def_prop_ro("powers", &raywave::Hologram::powers)
       .def("laser", &raywave::Hologram::laser, "number"_a)
       .def("levels", [](const raywave::Hologram& h) { return hologram_view(h, h.levels().data()); })
-      .def("field",
-           [](const raywave::Hologram& h) -> Array {
-             const auto field = h.field();
-             return field.values ? hologram_view(h, field.values) : nb::borrow<Array>(nb::none());
-           })
+      .def("field", [](const raywave::Hologram& h) { return hologram_view(h, h.field().values); })
       .def("refined",
-           [](const raywave::Hologram& h) -> Array {
-             const auto field = h.refined();
-             return field ? hologram_view(h, field->values) : nb::borrow<Array>(nb::none());
+           [](const raywave::Hologram& h) {
+             return hologram_view(h, h.refined().value_or(raywave::FieldView{}).values);
            })
       .def("shown",
            [](const raywave::Hologram& h) {
-             raywave::Field field;
-             {
-               const nb::gil_scoped_release release;
-               field = h.shown();
-             }
+             auto field = without_gil([&] { return h.shown(); });
              const auto shape = shape_of(h.lasers(), h.frames(), h.ny(), h.nx());
              return as_numpy(std::move(field.values), shape);
            })
@@ -354,11 +302,8 @@ NB_MODULE(_core, m) {
       .def(
           "save",
           [](const raywave::Hologram& h, const std::string& path, std::optional<int> frame,
-             bool rgb) {
-            const nb::gil_scoped_release release;
-            h.save(path, frame, rgb);
-          },
-          "path"_a, "frame"_a.none(), "rgb"_a)
+             bool rgb) { h.save(path, frame, rgb); },
+          "path"_a, "frame"_a.none(), "rgb"_a, released)
       .def("report", &raywave::Hologram::report)
       .def_prop_ro("notes", &raywave::Hologram::notes);
 
@@ -374,41 +319,22 @@ NB_MODULE(_core, m) {
   nb::class_<Renderer>(m, "Renderer")
       .def(nb::init<const raywave::Scene&, const raywave::RenderOptions&, const nb::object&>(),
            "scene"_a, "options"_a, "progress"_a.none())
-      .def_prop_ro("nx", [](const Renderer& r) { return r.renderer.nx(); })
-      .def_prop_ro("ny", [](const Renderer& r) { return r.renderer.ny(); })
-      .def_prop_ro("frames", [](const Renderer& r) { return r.renderer.frames(); })
-      .def_prop_ro("wavelengths", [](const Renderer& r) { return r.renderer.wavelengths_m(); })
-      .def_prop_ro("objects", [](const Renderer& r) { return r.renderer.objects(); })
-      .def_prop_ro("notes", [](const Renderer& r) { return r.renderer.notes(); })
-      .def(
-          "set_pose",
-          [](Renderer& r, std::size_t object, raywave::Vec3 position, raywave::Vec3 rotation,
-             bool solid) {
-            const nb::gil_scoped_release release;
-            r.renderer.set_pose(object, position, rotation, solid);
-          },
-          "object"_a, "position"_a, "rotation"_a, "solid"_a)
+      .def_prop_ro("nx", &Renderer::nx)
+      .def_prop_ro("ny", &Renderer::ny)
+      .def_prop_ro("frames", &Renderer::frames)
+      .def_prop_ro("wavelengths", &Renderer::wavelengths_m)
+      .def_prop_ro("objects", &Renderer::objects)
+      .def_prop_ro("notes", &Renderer::notes)
+      .def("set_pose", &Renderer::set_pose, "object"_a, "position"_a, "rotation"_a, "solid"_a,
+           released)
       .def(
           "set_mesh",
           [](Renderer& r, std::size_t object, const MeshArrays& mesh) {
-            const nb::gil_scoped_release release;
-            r.renderer.set_mesh(object, mesh.view());
+            r.set_mesh(object, mesh.view());
           },
-          "object"_a, "mesh"_a)
-      .def(
-          "set_light",
-          [](Renderer& r, std::size_t light, const std::vector<std::string>& values) {
-            const nb::gil_scoped_release release;
-            r.renderer.set_light(light, values);
-          },
-          "light"_a, "values"_a)
-      .def(
-          "set_seed",
-          [](Renderer& r, std::uint32_t seed) {
-            const nb::gil_scoped_release release;
-            r.renderer.set_seed(seed);
-          },
-          "seed"_a)
+          "object"_a, "mesh"_a, released)
+      .def("set_light", &Renderer::set_light, "light"_a, "values"_a, released)
+      .def("set_seed", &Renderer::set_seed, "seed"_a, released)
       .def("render", &Renderer::render, "progress"_a.none())
       .def("render_into", &Renderer::render_into, "out"_a.none(), "field"_a.none(),
            "progress"_a.none());
@@ -416,11 +342,11 @@ NB_MODULE(_core, m) {
   nb::class_<Animation>(m, "Animation")
       .def(nb::init<const raywave::Scene&, const raywave::RenderOptions&, const nb::object&>(),
            "scene"_a, "options"_a, "progress"_a.none())
-      .def_prop_ro("pictures", [](const Animation& a) { return a.animation.pictures(); })
-      .def_prop_ro("rate", [](const Animation& a) { return a.animation.rate_per_s(); })
-      .def_prop_ro("slm_rate", [](const Animation& a) { return a.animation.slm_rate_per_s(); })
-      .def_prop_ro("wavelengths", [](const Animation& a) { return a.animation.wavelengths_m(); })
-      .def_prop_ro("notes", [](const Animation& a) { return a.animation.notes(); })
+      .def_prop_ro("pictures", &Animation::pictures)
+      .def_prop_ro("rate", &Animation::rate_per_s)
+      .def_prop_ro("slm_rate", &Animation::slm_rate_per_s)
+      .def_prop_ro("wavelengths", &Animation::wavelengths_m)
+      .def_prop_ro("notes", &Animation::notes)
       .def("render", &Animation::render, "number"_a, "progress"_a.none());
 
   nb::class_<raywave::RefineOptions>(m, "RefineOptions")
@@ -429,8 +355,8 @@ NB_MODULE(_core, m) {
           [](raywave::RefineOptions* self, std::optional<int> iterations, std::optional<int> views,
              std::optional<int> lens_points, std::optional<double> brightness,
              std::optional<double> blur, std::optional<double> budget, std::vector<double> depths) {
-            new (self) raywave::RefineOptions(refine_options(
-                iterations, views, lens_points, brightness, blur, budget, std::move(depths)));
+            new (self) raywave::RefineOptions{{},         iterations, views,  lens_points,
+                                              brightness, blur,       budget, std::move(depths)};
           },
           "iterations"_a.none(), "views"_a.none(), "lens_points"_a.none(), "brightness"_a.none(),
           "blur"_a.none(), "budget"_a.none(), "depths"_a);
@@ -460,12 +386,8 @@ NB_MODULE(_core, m) {
         options.render.on = device_options(device, fft);
         options.render.progress = progress_of(progress);
         const auto start = field_view(array, "field");
-        raywave::Field result;
-        {
-          const nb::gil_scoped_release release;
-          result = raywave::refine(start, pixels, wanted, options);
-        }
-        return field_array(std::move(result));
+        return field_array(
+            without_gil([&] { return raywave::refine(start, pixels, wanted, options); }));
       },
       "field"_a.none(), "pixels"_a, "targets"_a, "options"_a, "device"_a, "fft"_a,
       "progress"_a.none());

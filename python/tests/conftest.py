@@ -14,6 +14,8 @@ import raywave as rw
 ROOT = pathlib.Path(__file__).resolve().parents[2]
 DATA = ROOT / "data"
 
+LASERS = ["638 nm", "520 nm", "450 nm"]
+
 SQUARE = (
     np.array([[-0.5, -0.5, 0], [-0.5, 0.5, 0], [0.5, 0.5, 0], [0.5, -0.5, 0]]),
     np.array([[0, 1, 2], [0, 2, 3]]),
@@ -27,6 +29,13 @@ def square_values(**hologram):
         "light": [{"direction": [0, 0, 1]}],
         "object": [{"mesh": SQUARE, "width": "0.2 mm", "position": [0, 0, "10 mm"]}],
     }
+
+
+def square_file(folder):
+    """SQUARE as square.obj."""
+    (folder / "square.obj").write_text(
+        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
+    )
 
 
 @pytest.fixture

@@ -1,5 +1,6 @@
 # SPDX-License-Identifier: Apache-2.0
 import gc
+import io
 import json
 import signal
 import struct
@@ -8,10 +9,12 @@ import sys
 import threading
 import time
 import zlib
+from concurrent.futures import ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from conftest import DATA, square_values
+from conftest import DATA, LASERS, square_file, square_values
+from PIL import Image
 
 import raywave as rw
 
@@ -19,35 +22,10 @@ SMALL_TEAPOT = {"hologram.resolution": [160, 120], "sampling.pitch": "250 um"}
 
 
 def grey_png(data):
-    """Pixels of an 8-bit grey PNG, from the format's specification."""
-    assert data[:8] == b"\x89PNG\r\n\x1a\n"
-    at, body, size = 8, b"", None
-    while at < len(data):
-        length, kind = struct.unpack(">I4s", data[at : at + 8])
-        chunk = data[at + 8 : at + 8 + length]
-        assert zlib.crc32(kind + chunk) == struct.unpack(">I", data[at + 8 + length :][:4])[0]
-        if kind == b"IHDR":
-            size = struct.unpack(">II", chunk[:8])
-            assert chunk[8:10] == b"\x08\x00"
-        elif kind == b"IDAT":
-            body += chunk
-        at += 12 + length
-    width, height = size
-    rows = np.frombuffer(zlib.decompress(body), np.uint8).reshape(height, width + 1)
-    pixels = np.zeros((height, width), np.int64)
-    for y, row in enumerate(rows.astype(np.int64)):
-        above = pixels[y - 1] if y else np.zeros(width, np.int64)
-        if row[0] in (0, 2):
-            pixels[y] = (row[1:] + (above if row[0] else 0)) % 256
-            continue
-        left = upper_left = 0
-        for x, value in enumerate(row[1:]):
-            a, b, c = left, above[x], upper_left
-            guess = a + b - c
-            paeth = min((abs(guess - v), i, v) for i, v in enumerate((a, b, c)))[2]
-            left = (value + {1: a, 3: (a + b) // 2, 4: paeth}[row[0]]) % 256
-            pixels[y, x], upper_left = left, b
-    return pixels.astype(np.uint8)
+    """Pixels of an 8-bit grey PNG, as another program reads them."""
+    picture = Image.open(io.BytesIO(data))
+    assert (picture.format, picture.mode) == ("PNG", "L")
+    return np.asarray(picture)
 
 
 def exr(data):
@@ -344,20 +322,13 @@ def test_several_threads_may_use_one_renderer_and_several(scene):
     scene.set({"sampling.frames": 2})
     shared = rw.Renderer(scene)
     expected = shared.render().levels.copy()
-    failures = []
 
     def work(own):
         renderer = rw.Renderer(scene) if own else shared
-        for _ in range(3):
-            if not np.array_equal(renderer.render().levels, expected):
-                failures.append(own)
+        return all(np.array_equal(renderer.render().levels, expected) for _ in range(3))
 
-    threads = [threading.Thread(target=work, args=(own,)) for own in (True, False, True, False)]
-    for thread in threads:
-        thread.start()
-    for thread in threads:
-        thread.join()
-    assert not failures
+    with ThreadPoolExecutor(4) as threads:
+        assert all(threads.map(work, (True, False, True, False)))
 
 
 def test_a_scene_may_change_while_other_threads_render_it(scene):
@@ -447,21 +418,16 @@ def test_help_tells_shapes_units_and_errors():
         assert "metres" in text, function.__name__
 
 
-LASERS = ["638 nm", "520 nm", "450 nm"]
-
-
 def test_three_lasers_are_the_bits_of_the_command_line(program, tmp_path):
     text = (
         '[hologram]\nresolution = [48, 32]\npitch = "4 um"\n[sampling]\npitch = "20 um"\n'
         '[[light]]\ndirection = [0, 0, 1]\n[materials.red]\ndiffuse = [0.9, 0.2, 0.1]\n'
-        '[[object]]\nmesh = "card.obj"\nwidth = "0.2 mm"\nposition = [0, 0, "10 mm"]\n'
+        '[[object]]\nmesh = "square.obj"\nwidth = "0.2 mm"\nposition = [0, 0, "10 mm"]\n'
         'material = "red"\n'
     )
-    (tmp_path / "card.obj").write_text(
-        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
-    )
+    square_file(tmp_path)
     (tmp_path / "scene.toml").write_text(text)
-    lasers = 'hologram.wavelength=["638 nm", "520 nm", "450 nm"]'
+    lasers = "hologram.wavelength=" + json.dumps(LASERS)
     out = tmp_path / "out"
     subprocess.run(
         [program, "render", tmp_path / "scene.toml", "--set", lasers, "-o", out, "--quiet"],
@@ -541,11 +507,10 @@ def test_quality_compares_what_the_levels_show_with_the_lens(scene):
 
 
 def test_quality_has_the_figures_of_the_command_line(program, tmp_path):
-    for values in ({}, {"hologram.wavelength": ["638 nm", "520 nm", "450 nm"]}):
-        sets = [f"--set={key}={json.dumps(value)}" for key, value in values.items()]
+    for values in ({}, {"hologram.wavelength": LASERS}):
         file = DATA / "study.toml"
         small = {"hologram.resolution": [160, 96], "sampling.frames": 1, **values}
-        sets += ["--set=hologram.resolution=[160,96]", "--set=sampling.frames=1"]
+        sets = [f"--set={key}={json.dumps(value)}" for key, value in small.items()]
         subprocess.run([program, "quality", file, "-o", tmp_path, "--lens-points", "3", "--quiet",
                         "--no-views", *sets], check=True)  # fmt: skip
         told = json.loads((tmp_path / "quality.json").read_text())["rows"]
@@ -559,58 +524,6 @@ def test_quality_has_the_figures_of_the_command_line(program, tmp_path):
             assert abs(row.light_share / expected["light_share"] - 1) < 1e-6
             if values:
                 assert abs(row.levels.delta_e[0] / expected["delta_e_2000"]["mean"] - 1) < 1e-6
-
-
-def moving_values(**hologram):
-    values = square_values(**hologram)
-    track = {"of": "object.0.rotation", "at": [0, 3], "values": [[0, 0, 0], [0, 60, 0]]}
-    values["animation"] = {"frames": 3, "rate": 10, "slm_rate": 15, "track": [track]}
-    return values
-
-
-def square_file(folder):
-    (folder / "square.obj").write_text(
-        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
-    )
-
-
-def test_an_animation_has_the_bits_of_the_command_line(program, tmp_path):
-    square_file(tmp_path)
-    values = moving_values(wavelength=LASERS)
-    values["object"][0]["mesh"] = "square.obj"
-    scene = rw.Scene(values, folder=tmp_path)
-    text, *_ = scene._core.source()
-    (tmp_path / "scene.toml").write_text(text)
-    out = tmp_path / "out"
-    subprocess.run(
-        [program, "animate", tmp_path / "scene.toml", "-o", out, "--stream", "--no-video",
-         "--no-preview", "--quiet"],
-        check=True,
-    )
-    stored = np.fromfile(out / "frames.raw", np.uint8).reshape(5, 3, 32, 48)
-    animation = rw.animate(scene)
-    assert len(animation) == 3 and animation.rate == 10 and animation.slm_rate == 15
-    assert animation.wavelengths == scene.wavelengths
-    last, first = animation[-1], animation[0]
-    assert (last.levels == stored[3:].swapaxes(0, 1)).all()
-    assert first.levels.shape == (3, 2, 32, 48) and last.time == pytest.approx(0.2)
-    everything = [picture.levels.swapaxes(0, 1) for picture in animation]
-    assert (np.concatenate(everything) == stored).all()
-    assert [picture.number for picture in animation[1:]] == [1, 2]
-    with pytest.raises(IndexError, match="there are 3"):
-        animation[3]
-    calls = []
-    rw.animate(scene, progress=lambda what, share: calls.append(what))[0]
-    assert calls
-    with pytest.raises(rw.Cancelled):
-        rw.animate(scene, progress=lambda what, share: False)
-
-
-def test_what_does_not_move_or_lies_in_memory_is_no_animation(scene):
-    with pytest.raises(rw.InputError, match="nothing moves"):
-        rw.animate(scene)
-    with pytest.raises(rw.InputError, match="object 0.*in memory"):
-        rw.animate(rw.Scene(moving_values()))
 
 
 def test_a_trade_is_a_table_rows_and_a_picture(tmp_path):

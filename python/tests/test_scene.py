@@ -7,7 +7,7 @@ import shutil
 
 import numpy as np
 import pytest
-from conftest import DATA, SQUARE, square_values
+from conftest import DATA, SQUARE, square_file, square_values
 
 import raywave as rw
 
@@ -26,9 +26,7 @@ def test_overrides_mean_what_they_mean_on_the_command_line():
 
 
 def test_a_scene_from_python_is_the_scene_of_its_file(tmp_path):
-    (tmp_path / "square.obj").write_text(
-        "v -0.5 -0.5 0\nv -0.5 0.5 0\nv 0.5 0.5 0\nv 0.5 -0.5 0\nf 1 2 3\nf 1 3 4\n"
-    )
+    square_file(tmp_path)
     (tmp_path / "scene.toml").write_text(
         '[hologram]\nresolution = [48, 32]\npitch = "4 um"\n[sampling]\npitch = "20 um"\n'
         '[[light]]\ndirection = [0, 0, 1]\n[[object]]\nmesh = "square.obj"\nwidth = "0.2 mm"\n'

@@ -99,9 +99,7 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
     auto words = line;
     words.emplace_back("--restart");
     if (stream) words.emplace_back("--stream");
-    const auto made = desk.run(words);
-    INFO(made.err);
-    REQUIRE(made.code == 0);
+    desk.succeed(words);
     CHECK(fs::file_size(desk.out("preview.mp4")) > 500);
     ChildProgram decoder(*ffmpeg,
                          {"-loglevel", "error", "-i", "holograms.mkv", "-f", "rawvideo", "-pix_fmt",
@@ -120,9 +118,7 @@ TEST_CASE("videos are made where ffmpeg is, and what it refuses is passed on") {
              "[animation.camera]\nwindow = [\"5.2 mm\", \"0.08 mm\"]\n");
   auto words = line;
   words.insert(words.end(), {"--restart", "--no-video"});
-  const auto made = desk.run(words);
-  INFO(made.err);
-  REQUIRE(made.code == 0);
+  desk.succeed(words);
   ChildProgram decoder(
       *ffmpeg,
       {"-loglevel", "error", "-i", "preview.mp4", "-f", "rawvideo", "-pix_fmt", "gray", "pipe:1"},
@@ -198,114 +194,106 @@ AnimateResult run_colours(const Animator& animator, const fs::path& folder, Fram
   return animator.make_frames(files, {});
 }
 
-TEST_CASE("in colour, each laser's holograms are those of an animation of it alone, in turn") {
+DEVICE_TEST("in colour, each laser's holograms are those of an animation of it alone, in turn") {
   Desk desk;
   desk.scene(red_lines +
              "[animation]\nframes = 3\nrate = 10\nsubframes = 2\n[[animation.track]]\n"
              "of = \"object.1.rotation\"\nat = [0, 3]\nvalues = [[0, 0, 0], [0, 20, 90]]\n");
   const std::vector<std::string> keys{three, "slm.encoding=phase"};
-  for (const auto& device : all_devices()) {
-    const Animator animator(device, load_scenes(desk.file("scene.toml"), keys),
-                            cl::FftBackend::host);
-    CHECK(animator.laser_names() == laser_names);
-    const Folder whole, stream;
-    const auto made = run_colours(animator, whole / "", FrameStorage::pngs);
-    CHECK(made.pictures == 3);
-    CHECK(made.holograms == 3 * 6);
-    run_colours(animator, stream / "", FrameStorage::stream);
-    const auto wanted = files_of(whole / "");
-    REQUIRE(wanted.size() == 3 * 6 + 1);
-    const auto raw = bytes_of(stream / "frames.raw");
-    REQUIRE(raw.size() == 3 * 6 * 48 * 32);
-    for (std::size_t i = 0; i < 3; ++i) {
-      auto with = keys;
-      with.push_back(std::string("colour.only=") + laser_names[i].substr(0, 3) + " nm");
-      const Folder alone;
-      run(Animator(device, load_scene(desk.file("scene.toml"), with), cl::FftBackend::host),
-          alone / "", FrameStorage::stream);
-      const auto of_laser = bytes_of(alone / "frames.raw");
-      for (std::size_t j = 0; j < 6; ++j) {
-        const auto levels = of_laser.substr(j * 48 * 32, 48 * 32);
-        CHECK((raw.substr((3 * j + i) * 48 * 32, 48 * 32) == levels));
-        const auto picture =
-            load_levels(whole / FrameFiles::png_name(static_cast<int>(j), laser_names[i]), "");
-        std::string stored;
-        for (const float level : picture.pixels)
-          stored.push_back(static_cast<char>(std::lround(level * 255)));
-        CHECK((stored == levels));
-      }
+  const Animator animator(device, load_scenes(desk.file("scene.toml"), keys), cl::FftBackend::host);
+  CHECK(animator.laser_names() == laser_names);
+  const Folder whole, stream;
+  const auto made = run_colours(animator, whole / "", FrameStorage::pngs);
+  CHECK(made.pictures == 3);
+  CHECK(made.holograms == 3 * 6);
+  run_colours(animator, stream / "", FrameStorage::stream);
+  const auto wanted = files_of(whole / "");
+  REQUIRE(wanted.size() == 3 * 6 + 1);
+  const auto raw = bytes_of(stream / "frames.raw");
+  REQUIRE(raw.size() == 3 * 6 * 48 * 32);
+  for (std::size_t i = 0; i < 3; ++i) {
+    auto with = keys;
+    with.push_back(std::string("colour.only=") + laser_names[i].substr(0, 3) + " nm");
+    const Folder alone;
+    run(Animator(device, load_scene(desk.file("scene.toml"), with), cl::FftBackend::host),
+        alone / "", FrameStorage::stream);
+    const auto of_laser = bytes_of(alone / "frames.raw");
+    for (std::size_t j = 0; j < 6; ++j) {
+      const auto levels = of_laser.substr(j * 48 * 32, 48 * 32);
+      CHECK((raw.substr((3 * j + i) * 48 * 32, 48 * 32) == levels));
+      const auto picture =
+          load_levels(whole / FrameFiles::png_name(static_cast<int>(j), laser_names[i]), "");
+      std::string stored;
+      for (const float level : picture.pixels)
+        stored.push_back(static_cast<char>(std::lround(level * 255)));
+      CHECK((stored == levels));
     }
-    // Stopped within picture 1, and gone on with
-    const Folder stopped;
-    std::istringstream report(wanted.at("report.jsonl"));
-    std::string text, line;
-    for (int i = 0; i < 1; ++i) {
-      std::getline(report, line);
-      text += line + "\n";
-    }
-    stopped.write("report.jsonl", text);
-    for (const auto& [name, bytes] : wanted)
-      if (name.starts_with("frame_") && name <= FrameFiles::png_name(2, laser_names[0]))
-        stopped.write(name, bytes);
-    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
-    CHECK((files_of(stopped / "") == wanted));
-    stopped.write("frame_00002_450nm.png", "no picture");
-    CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 1);
-    CHECK((files_of(stopped / "") == wanted));
-    FrameFiles::remove(stopped / "");
-    CHECK(files_of(stopped / "").empty());
-    // Picture 1 alone
-    const Folder part;
-    {
-      FrameFiles files(part / "", FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
-                       animator.schedule(), animator.stored_size(), laser_names,
-                       PictureRange{1, 2});
-      animator.make_frames(files, {});
-    }
-    CHECK(files_of(part / "").size() == 6 + 1);
-    for (const auto& [name, bytes] : files_of(part / ""))
-      CHECK((name == "report_00001_00001.jsonl"
-                 ? wanted.at("report.jsonl").find(bytes) != std::string::npos
-                 : wanted.at(name) == bytes));
   }
+  // Stopped within picture 1, and gone on with
+  const Folder stopped;
+  std::istringstream report(wanted.at("report.jsonl"));
+  std::string text, line;
+  for (int i = 0; i < 1; ++i) {
+    std::getline(report, line);
+    text += line + "\n";
+  }
+  stopped.write("report.jsonl", text);
+  for (const auto& [name, bytes] : wanted)
+    if (name.starts_with("frame_") && name <= FrameFiles::png_name(2, laser_names[0]))
+      stopped.write(name, bytes);
+  CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 2);
+  CHECK((files_of(stopped / "") == wanted));
+  stopped.write("frame_00002_450nm.png", "no picture");
+  CHECK(run_colours(animator, stopped / "", FrameStorage::pngs).pictures == 1);
+  CHECK((files_of(stopped / "") == wanted));
+  FrameFiles::remove(stopped / "");
+  CHECK(files_of(stopped / "").empty());
+  // Picture 1 alone
+  const Folder part;
+  {
+    FrameFiles files(part / "", FrameStorage::pngs, animator.run_name(FrameStorage::pngs),
+                     animator.schedule(), animator.stored_size(), laser_names, PictureRange{1, 2});
+    animator.make_frames(files, {});
+  }
+  CHECK(files_of(part / "").size() == 6 + 1);
+  for (const auto& [name, bytes] : files_of(part / ""))
+    CHECK((name == "report_00001_00001.jsonl"
+               ? wanted.at("report.jsonl").find(bytes) != std::string::npos
+               : wanted.at(name) == bytes));
 }
 
-TEST_CASE("in colour, all lasers and pictures have one brightness, of amplitudes or of powers") {
+DEVICE_TEST("in colour, all lasers and pictures have one brightness, of amplitudes or of powers") {
   Desk desk;
   desk.scene(red_lines +
              "[animation]\nframes = 2\n[[animation.track]]\nof = \"light.0.intensity\"\n"
              "at = [0, 1]\nvalues = [1, 0.25]\n");
-  for (const auto& device : all_devices()) {
-    for (const std::string how :
-         {"slm.encoding=phase", "slm.encoding=double-phase", "refine.views=0"}) {
-      CAPTURE(how);
-      const bool shows_amplitudes = how == "slm.encoding=double-phase";
-      const auto scenes =
-          load_scenes(desk.file("scene.toml"), {three, "object.0.material=red", how});
-      const Folder folder;
-      run_colours(Animator(device, scenes, cl::FftBackend::host), folder / "",
-                  FrameStorage::stream);
-      const auto raw = bytes_of(folder / "frames.raw");
-      const auto still = render(device, scenes, world_of(scenes[0]));
-      const auto powers = FrameFiles::powers(folder / "");
-      REQUIRE(powers.size() == 2);
-      // Where amplitudes are shown, 1 is white of which nothing is clipped
-      const double all = powers[0][0] + powers[0][1] + powers[0][2];
-      CHECK((shows_amplitudes ? all > 1 && all < 1.3 : std::abs(all - 1) < 1e-4));
-      for (std::size_t i = 0; i < 3; ++i) {
-        // The first picture is the brightest
-        std::size_t differing = 0;
-        for (std::size_t at = 0; at < 48 * 32; ++at)
-          differing += std::abs(int{still.lasers[i].levels[0][at]} -
-                                int{static_cast<std::uint8_t>(raw[i * 48 * 32 + at])}) %
-                           255 >
-                       1;
-        CHECK(differing == 0);
-        CHECK(powers[0][i] / all == Catch::Approx(still.powers[i]).epsilon(1e-4));
-        // Amplitudes show a light of a quarter themselves. The second picture has other phases
-        CHECK(powers[1][i] ==
-              Catch::Approx(still.powers[i] * (shows_amplitudes ? 1 : 0.25)).epsilon(0.2));
-      }
+  for (const std::string how :
+       {"slm.encoding=phase", "slm.encoding=double-phase", "refine.views=0"}) {
+    CAPTURE(how);
+    const bool shows_amplitudes = how == "slm.encoding=double-phase";
+    const auto scenes = load_scenes(desk.file("scene.toml"), {three, "object.0.material=red", how});
+    const Folder folder;
+    run_colours(Animator(device, scenes, cl::FftBackend::host), folder / "", FrameStorage::stream);
+    const auto raw = bytes_of(folder / "frames.raw");
+    const auto still = render(device, scenes, world_of(scenes[0]));
+    const auto powers = FrameFiles::powers(folder / "");
+    REQUIRE(powers.size() == 2);
+    // Where amplitudes are shown, 1 is white of which nothing is clipped
+    const double all = powers[0][0] + powers[0][1] + powers[0][2];
+    CHECK((shows_amplitudes ? all > 1 && all < 1.3 : std::abs(all - 1) < 1e-4));
+    for (std::size_t i = 0; i < 3; ++i) {
+      // The first picture is the brightest
+      std::size_t differing = 0;
+      for (std::size_t at = 0; at < 48 * 32; ++at)
+        differing += std::abs(int{still.lasers[i].levels[0][at]} -
+                              int{static_cast<std::uint8_t>(raw[i * 48 * 32 + at])}) %
+                         255 >
+                     1;
+      CHECK(differing == 0);
+      CHECK(powers[0][i] / all == Catch::Approx(still.powers[i]).epsilon(1e-4));
+      // Amplitudes show a light of a quarter themselves. The second picture has other phases
+      CHECK(powers[1][i] ==
+            Catch::Approx(still.powers[i] * (shows_amplitudes ? 1 : 0.25)).epsilon(0.2));
     }
   }
 }
@@ -318,15 +306,12 @@ TEST_CASE("animate in colour writes files that are looked at one by one, and vid
   std::vector<std::string> line{
       "animate", desk.file("scene.toml"), "-o",    desk.out(""),        "--set", three, "--quiet",
       "--set",   "object.0.material=red", "--set", "slm.encoding=phase"};
-  const auto made = desk.run(line);
-  INFO(made.err);
-  REQUIRE(made.code == 0);
+  desk.succeed(line);
   const auto report = nlohmann::json::parse(bytes_of(desk.out("report.json")));
   CHECK(report.at("animation").at("shape") == nlohmann::json({3, 3, 32, 48}));
   CHECK(report.at("colour").at("lasers").at(1).at("files") == "frame_%05d_520nm.png");
-  CHECK(desk.run({"reconstruct", desk.out("frame_00001_450nm.png"), "-z", "9mm", "-o",
-                  desk.file("seen"), "--quiet"})
-            .code == 0);
+  desk.succeed({"reconstruct", desk.out("frame_00001_450nm.png"), "-z", "9mm", "-o",
+                desk.file("seen"), "--quiet"});
   check_refused(
       desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o", desk.file("x")}), 2,
       "is of an animation; give the hologram of one laser");
@@ -358,7 +343,7 @@ TEST_CASE("animate in colour writes files that are looked at one by one, and vid
   for (const bool stream : {false, true}) {
     if (stream) {
       line.insert(line.end(), {"--restart", "--stream"});
-      REQUIRE(desk.run(line).code == 0);
+      desk.succeed(line);
       CHECK((bytes_of(desk.out("frames.raw")) == in_order));
     }
     const auto video = decoded({"holograms.mkv", "-pix_fmt", "gray"}, 9 * 48 * 32);

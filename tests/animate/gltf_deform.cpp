@@ -266,56 +266,91 @@ TEST_CASE("holograms of another skin are told apart") {
   }
 }
 
-TEST_CASE("a damaged skin or morph target is refused with the mesh's name and what to do") {
+/// A change of the limb's file and of its primitive.
+using Damage = std::function<void(Gltf&, Json&)>;
+
+/// What is said of the limb that bends and bulges after a damage.
+std::string said_of(const Damage& damage, const std::string& more = plays) {
   const Folder folder;
-  auto sound = bulging_limb_file();
-  CHECK(input_error_of([&] { build_world(scene_with(folder, sound, plays)); }) == "");
-  const auto refusal = [&](const std::function<void(Gltf&, Json&, Json&)>& damage,
-                           const std::string& more = plays) {
-    auto file = sound;
-    auto& primitive = file.root["meshes"][0]["primitives"][0];
-    damage(file, file.root, primitive);
-    const auto message = input_error_of([&] { build_world(scene_with(folder, file, more)); });
-    CHECK_SAYS(message, "limb.glb\": ");
-    return message;
+  auto file = bulging_limb_file();
+  damage(file, file.root["meshes"][0]["primitives"][0]);
+  const auto message = input_error_of([&] { build_world(scene_with(folder, file, more)); });
+  CHECK_SAYS(message, "limb.glb\": ");
+  return message;
+}
+
+const std::string export_again =
+    "; export the file again, or without the skin or the morph targets";
+
+/// Puts these values in place of a vertex attribute's.
+Damage with_attribute(const char* name, const std::vector<double>& values, int type) {
+  return [=](Gltf& file, Json& primitive) {
+    primitive["attributes"][name] = file.numbers(values, type, "VEC4", 4);
   };
-  const std::string tail = "; export the file again, or without the skin or the morph targets";
-  const std::size_t count = Limb().positions.size();
-  const auto all = [&](double a, double b, double c, double d) {
-    std::vector<double> values;
-    for (std::size_t i = 0; i < count; ++i) values.insert(values.end(), {a, b, c, d});
-    return values;
-  };
-  const auto with = [&](const char* name, const std::vector<double>& values, int type) {
-    return [name, values, type](Gltf& file, Json&, Json& primitive) {
-      primitive["attributes"][name] = file.numbers(values, type, "VEC4", 4);
-    };
-  };
-  {  // Where the weight is 0 no joint is asked for
-    auto file = sound;
-    with("JOINTS_0", all(1, 9, 9, 0), 5121)(file, file.root,
-                                            file.root["meshes"][0]["primitives"][0]);
-    CHECK(error_of(build_world(scene_with(folder, file, "")), [](std::size_t i) {
-            return bent(morphed(i, 0.25, 0, 0), share_at(Limb().positions[i].x), rest_angle);
-          }) < 1e-6);
-  }
-  CHECK_SAYS(refusal(with("JOINTS_0", all(2, 0, 0, 0), 5121)),
-             "mesh \"Limb\": a joint of vertex 0 is not among the 2 of its skin" + tail);
-  CHECK_SAYS(refusal(with("WEIGHTS_0", all(0, 0, 0, 0), 5126)),
-             "mesh \"Limb\": the weights of vertex 0 are all 0" + tail);
-  CHECK_SAYS(refusal(with("WEIGHTS_0", all(1, NAN, 0, 0), 5126)),
-             "a weight of vertex 0 is no number >= 0" + tail);
-  CHECK_SAYS(refusal(with("WEIGHTS_0", all(-1, 2, 0, 0), 5126)),
-             "a weight of vertex 0 is no number >= 0" + tail);
-  CHECK_SAYS(refusal(with("WEIGHTS_0", {1, 0, 0, 0}, 5126)),
-             "WEIGHTS_0 is given for 1 vertices, and POSITION for " + std::to_string(count) + tail);
-  // Values that another is put in place of
-  const auto& made = sound.root;
+}
+
+/// The same, with four values that all vertices have.
+Damage with_all(const char* name, glm::dvec4 of_each, int type) {
+  std::vector<double> values;
+  for (std::size_t i = 0; i < Limb().positions.size(); ++i)
+    values.insert(values.end(), {of_each.x, of_each.y, of_each.z, of_each.w});
+  return with_attribute(name, values, type);
+}
+
+TEST_CASE("where a skin's weight is 0 no joint is asked for, and a sound limb is not refused") {
+  const Folder folder;
+  auto file = bulging_limb_file();
+  CHECK_NOTHROW(build_world(scene_with(folder, file, plays)));
+  with_all("JOINTS_0", {1, 9, 9, 0}, 5121)(file, file.root["meshes"][0]["primitives"][0]);
+  CHECK(error_of(build_world(scene_with(folder, file, "")), [](std::size_t i) {
+          return bent(morphed(i, 0.25, 0, 0), share_at(Limb().positions[i].x), rest_angle);
+        }) < 1e-6);
+}
+
+TEST_CASE("a damaged skin or morph target is refused with the mesh's name and what to do") {
+  const auto count = Limb().positions.size();
+  const std::string mesh = "mesh \"Limb\": ", &tail = export_again;
+  const std::pair<Damage, std::string> damages[] = {
+      {with_all("JOINTS_0", {2, 0, 0, 0}, 5121),
+       mesh + "a joint of vertex 0 is not among the 2 of its skin" + tail},
+      {with_all("WEIGHTS_0", glm::dvec4(0), 5126),
+       mesh + "the weights of vertex 0 are all 0" + tail},
+      {with_all("WEIGHTS_0", {1, NAN, 0, 0}, 5126),
+       "a weight of vertex 0 is no number >= 0" + tail},
+      {with_all("WEIGHTS_0", {-1, 2, 0, 0}, 5126), "a weight of vertex 0 is no number >= 0" + tail},
+      {with_attribute("WEIGHTS_0", {1, 0, 0, 0}, 5126),
+       "WEIGHTS_0 is given for 1 vertices, and POSITION for " + std::to_string(count) + tail},
+      {[](auto&, Json& p) { p["attributes"].erase("JOINTS_0"); },
+       "it has a skin, but not JOINTS_0" + tail},
+      {[](Gltf& file, Json&) {
+         file.root["skins"][0]["inverseBindMatrices"] =
+             file.numbers(std::vector<double>(32, NAN), 5126, "MAT4", 16);
+       },
+       "inverse bind matrix 0 has no numbers" + tail},
+      {[](Gltf& file, Json& p) {
+         p["targets"][1]["POSITION"] = file.numbers({1, 2, 3}, 5126, "VEC3", 3);
+       },
+       "POSITION of a morph target is given for 1 vertices, and POSITION for "},
+      {[count](Gltf& file, Json& p) {
+         p["targets"][4]["POSITION"] = file.sparse(count, {static_cast<double>(count)}, {0, 0, 2});
+       },
+       "a sparse part of " + mesh +
+           "POSITION of a morph target names an element that is not there"},
+      {[](Gltf& file, Json&) {  // a cycle
+         file.root["nodes"][3]["children"] = {4};
+         file.root["nodes"][4]["children"] = {2};
+       },
+       ""}};
+  for (const auto& [damage, words] : damages) CHECK_SAYS(said_of(damage), words);
+}
+
+TEST_CASE("a skin or morph target with a wrong value in its file is refused with what it lacks") {
+  const auto made = bulging_limb_file().root;
   const auto& mesh = made["meshes"][0]["primitives"][0];
   const auto accessor = [](const Json& number, const char* key) {
     return "/accessors/" + std::to_string(number.get<std::size_t>()) + "/" + key;
   };
-  const std::string last_target = "/meshes/0/primitives/0/targets/4/POSITION";
+  const std::string& tail = export_again;
   const auto& moved = mesh["targets"][4]["POSITION"];
   const std::tuple<std::string, Json, std::string> replaced[] = {
       {"/meshes/0/primitives/0/attributes/JOINTS_1", 0, "it has a skin, but not WEIGHTS_1" + tail},
@@ -328,7 +363,7 @@ TEST_CASE("a damaged skin or morph target is refused with the mesh's name and wh
        "inverse bind matrices are no floats"},
       {"/meshes/0/weights", {1, 2}, "it has not as many weights as morph targets" + tail},
       {"/meshes/0/weights/1", "much", "a weight of a morph target is no number" + tail},
-      {last_target, made["accessors"].size() + 5,
+      {"/meshes/0/primitives/0/targets/4/POSITION", made["accessors"].size() + 5,
        "mesh \"Limb\": POSITION of a morph target are no list of VEC3"},
       {accessor(moved, "sparse/count"), 1u << 30, "has no count that fits"},
       {accessor(mesh["attributes"]["POSITION"], "componentType"), 5124,
@@ -340,39 +375,17 @@ TEST_CASE("a damaged skin or morph target is refused with the mesh's name and wh
   };
   for (const auto& [place, value, words] : replaced) {
     INFO(place << " = " << value);
-    const auto put = [&at = place, &to = value](Gltf&, Json& root, Json&) {
-      root[Json::json_pointer(at)] = to;
+    const auto put = [&at = place, &to = value](Gltf& file, Json&) {
+      file.root[Json::json_pointer(at)] = to;
     };
-    CHECK_SAYS(refusal(put), words);
+    CHECK_SAYS(said_of(put), words);
   }
-  CHECK_SAYS(refusal(
-                 [](Gltf&, Json& r, Json&) {
-                   r["skins"][0]["joints"] = Json{2, 77};
+  CHECK_SAYS(said_of(
+                 [](Gltf& file, Json&) {
+                   file.root["skins"][0]["joints"] = {2, 77};
                  },
                  ""),
              "mesh \"Limb\": joint 1 of its skin is node 77, which is not in the scene" + tail);
-  CHECK_SAYS(refusal([](Gltf&, Json&, Json& p) { p["attributes"].erase("JOINTS_0"); }),
-             "it has a skin, but not JOINTS_0" + tail);
-  CHECK_SAYS(refusal([](Gltf& file, Json& r, Json&) {
-               std::vector<double> matrices(32, NAN);
-               r["skins"][0]["inverseBindMatrices"] = file.numbers(matrices, 5126, "MAT4", 16);
-             }),
-             "inverse bind matrix 0 has no numbers" + tail);
-  CHECK_SAYS(refusal([](Gltf& file, Json&, Json& p) {
-               p["targets"][1]["POSITION"] = file.numbers({1, 2, 3}, 5126, "VEC3", 3);
-             }),
-             "POSITION of a morph target is given for 1 vertices, and POSITION for ");
-  CHECK_SAYS(
-      refusal([count](Gltf& file, Json&, Json& p) {
-        p["targets"][4]["POSITION"] = file.sparse(count, {static_cast<double>(count)}, {0, 0, 2});
-      }),
-      "a sparse part of mesh \"Limb\": POSITION of a morph target names an "
-      "element that is not there");
-  // A cycle of nodes
-  refusal([](Gltf&, Json& r, Json&) {
-    r["nodes"][3]["children"] = {4};
-    r["nodes"][4]["children"] = {2};
-  });
 }
 
 TEST_CASE("damaged files with skins and morph targets are shown or refused with one line") {

@@ -85,47 +85,18 @@ TEST_CASE("a hologram that is made tile by tile, in any parts, has the bits of o
 TEST_CASE("reconstruct shows of tiles what it shows of the whole through the same part") {
   const Desk desk;
   const auto render = [&](const std::string& out, std::vector<std::string> more) {
-    std::vector<std::string> words{"render",
-                                   desk.file("scene.toml"),
-                                   "-o",
-                                   desk.file(out),
-                                   "--quiet",
-                                   "--set",
-                                   tiled,
-                                   "--set",
-                                   six,
-                                   "--set",
-                                   "slm.encoding=phase",
-                                   "--set",
-                                   "slm.lens=50 mm",
-                                   "--set",
-                                   "slm.carrier=[0.05,-0.1]",
-                                   "--set",
-                                   "sampling.frames=2"};
-    words.insert(words.end(), more.begin(), more.end());
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    desk.succeed({"render", desk.file("scene.toml"), "-o", desk.file(out), "--quiet", "--set",
+                  tiled, "--set", six, "--set", "slm.encoding=phase", "--set", "slm.lens=50 mm",
+                  "--set", "slm.carrier=[0.05,-0.1]", "--set", "sampling.frames=2"},
+                 more);
   };
   render("whole", {"--no-field"});
   render("tiles", {"--tiles", "all"});
   const auto seen = [&](const std::string& of, std::vector<std::string> more) {
-    std::vector<std::string> words{"reconstruct",
-                                   desk.file(of + "/report.json"),
-                                   "-z",
-                                   "10mm",
-                                   "-o",
-                                   desk.file("seen_" + of),
-                                   "--window",
-                                   "0.3mmx0.2mm",
-                                   "--centre=0.02mm,-0.03mm",
-                                   "--frame",
-                                   "hologram",
-                                   "--quiet"};
-    words.insert(words.end(), more.begin(), more.end());
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    desk.succeed(
+        {"reconstruct", desk.file(of + "/report.json"), "-z", "10mm", "-o", desk.file("seen_" + of),
+         "--window", "0.3mmx0.2mm", "--centre=0.02mm,-0.03mm", "--frame", "hologram", "--quiet"},
+        more);
     return load_grey(desk.file("seen_" + of + "/reconstruction_10mm.exr"), "").pixels;
   };
   for (const auto& part : std::vector<std::vector<std::string>>{
@@ -147,15 +118,17 @@ TEST_CASE("reconstruct shows of tiles what it shows of the whole through the sam
   std::filesystem::remove(desk.file("tiles/" + FrameFiles::tile_name(9)));
   desk.folder().write("tiles/" + FrameFiles::tile_name(10), "no picture");
   CHECK_FALSE(seen("tiles", {"--view=-0.9,0.9", "--aperture", "0.1"}).empty());
-  check_refused(desk.run({"reconstruct", desk.file("tiles/report.json"), "-z", "10mm", "-o",
-                          desk.file("none")}),
-                2, "missing or damaged: 4..5");
-  check_refused(desk.run({"reconstruct", desk.file("tiles/report.json"), "-z", "10mm", "-o",
-                          desk.file("none"), "--view", "1,1", "--aperture", "0.001"}),
-                2, "no pixel of the hologram");
-  check_refused(desk.run({"reconstruct", desk.file("tiles/tile_00000.png"), "-z", "10mm", "-o",
-                          desk.file("none")}),
-                2, "is a tile of a hologram; give ");
+  const auto refused = [&](const char* file, const std::vector<std::string>& more,
+                           const std::string& says) {
+    std::vector<std::string> words{"reconstruct", desk.file(file),  "-z", "10mm",
+                                   "-o",          desk.file("none")};
+    words.insert(words.end(), more.begin(), more.end());
+    check_refused(desk.run(words), 2, says);
+  };
+  refused("tiles/report.json", {}, "missing or damaged: 4..5");
+  refused("tiles/report.json", {"--view", "1,1", "--aperture", "0.001"},
+          "no pixel of the hologram");
+  refused("tiles/tile_00000.png", {}, "is a tile of a hologram; give ");
   auto report = nlohmann::json::parse(bytes_of(desk.file("tiles/report.json")));
   for (const auto& [key, value] :
        std::vector<std::pair<std::string, nlohmann::json>>{{"columns_px", {0, 43}},
@@ -165,9 +138,7 @@ TEST_CASE("reconstruct shows of tiles what it shows of the whole through the sam
     auto damaged = report;
     damaged["tiles"][key] = value;
     desk.folder().write("tiles/report.json", damaged.dump());
-    check_refused(desk.run({"reconstruct", desk.file("tiles/report.json"), "-z", "10mm", "-o",
-                            desk.file("none")}),
-                  2, "do not make up its hologram");
+    refused("tiles/report.json", {}, "do not make up its hologram");
   }
   desk.folder().write("tiles/report.json", report.dump());
   check_refused(desk.run({"encode", desk.file("tiles/report.json"), "-o", desk.file("none")}), 2,
@@ -221,10 +192,7 @@ TEST_CASE("plan --tiles plans what render --tiles makes, which needs memory for 
                                        "object.0.position=['0 mm','0 mm','300 mm']"};
   const auto run = [&](std::vector<std::string> words) {
     words.insert(words.begin() + 1, scene.begin(), scene.end());
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
-    return outcome.out;
+    return desk.succeed(words).out;
   };
   const auto whole = nlohmann::json::parse(run({"plan", "--quiet", "--json", "-"})),
              tiles = nlohmann::json::parse(run({"plan", "--tiles", "--quiet", "--json", "-"}));
@@ -237,10 +205,8 @@ TEST_CASE("plan --tiles plans what render --tiles makes, which needs memory for 
 
 TEST_CASE("units divides a hologram in tiles, and what it names makes all of it") {
   const Desk desk;
-  const auto outcome = desk.run({"units", desk.file("scene.toml"), "--each", "1ms", "--set",
-                                 "hologram.tiles=[3,2]", "--json", "-"});
-  INFO(outcome.err);
-  REQUIRE(outcome.code == 0);
+  const auto outcome = desk.succeed({"units", desk.file("scene.toml"), "--each", "1ms", "--set",
+                                     "hologram.tiles=[3,2]", "--json", "-"});
   CHECK_SAYS(outcome.err, "each tile");
   const auto json = nlohmann::json::parse(outcome.out);
   REQUIRE(json.at("units").size() == 6);
@@ -284,9 +250,7 @@ TEST_CASE("a hologram of 65,536 x 65,536 pixels is made in tiles, in the memory 
                                        "--set",      "sampling.pitch=0.2 mm"};
   auto part = words;
   part.insert(part.end(), {"--tiles", "2079"});  // beside the middle
-  const auto outcome = desk.run(part);
-  INFO(outcome.err);
-  REQUIRE(outcome.code == 0);
+  const auto outcome = desk.succeed(part);
   CHECK(outcome.peak_bytes < 1'000'000'000);
   const auto tile = load_levels(desk.out("tile_02079.png"), "");
   CHECK(tile.width == 1024);

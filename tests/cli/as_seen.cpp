@@ -132,9 +132,7 @@ TEST_CASE(
   put_letter(desk, 180);
   const auto run = [&](std::vector<std::string> words) {
     words.push_back("--quiet");
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    desk.succeed(words);
   };
   const auto picture = [&](const char* name) { return load_grey(desk.file(name), ""); };
   run({"render", desk.file("f.toml"), "-o", desk.file("out")});
@@ -168,10 +166,9 @@ TEST_CASE("--view counts in the frame of the picture: to the right is the viewer
   const Desk desk;
   put_letter(desk, 180);
   const auto look = [&](const char* view, const char* frame) {
-    const auto outcome = desk.run({"lens", desk.file("f.toml"), "-z", "9mm", "-o", desk.file(frame),
-                                   "--lens-points", "2", "--view", view, "--frame", frame});
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    const auto outcome =
+        desk.succeed({"lens", desk.file("f.toml"), "-z", "9mm", "-o", desk.file(frame),
+                      "--lens-points", "2", "--view", view, "--frame", frame});
     CHECK_THAT(outcome.out, Catch::Matchers::ContainsSubstring(", seen "));
     return load_grey(desk.file(frame) + "/lens_9mm.exr", "");
   };
@@ -239,9 +236,7 @@ TEST_CASE("preview has the lens's outlines within a pixel, and by default shows 
   const auto run = [&](std::vector<std::string> words) {
     words.insert(words.begin() + 1, desk.file("f.toml"));
     words.insert(words.end(), {"-o", desk.file("seen"), "--json"});
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    const auto outcome = desk.succeed(words);
     const auto json = nlohmann::json::parse(outcome.out);
     return load_grey(json.value("exr", desk.file("seen/lens_10mm.exr")), "");
   };
@@ -325,10 +320,7 @@ TEST_CASE("previews of whole scenes have the lens's outlines within a pixel", "[
             std::string("100mm"), std::string("--window"), std::string(window), std::string("-o"),
             desk.file("seen"), std::string("--set"), std::string("hologram.pitch=12 um")})
         words.push_back(word);
-      words.insert(words.end(), more.begin(), more.end());
-      const auto outcome = desk.run(words);
-      INFO(outcome.err);
-      REQUIRE(outcome.code == 0);
+      desk.succeed(words, more);
       return load_grey(desk.file(command == "lens" ? "seen/lens_100mm.exr" : "seen/preview.exr"),
                        "");
     };
@@ -344,15 +336,12 @@ TEST_CASE("previews of whole scenes have the lens's outlines within a pixel", "[
 TEST_CASE("PNGs of reconstruct are blurred by what an eye makes out, EXRs are not") {
   const Desk desk;
   put_letter(desk, 180);
-  REQUIRE(desk.run({"render", desk.file("f.toml"), "-o", desk.file("out"), "--quiet"}).code == 0);
+  desk.succeed({"render", desk.file("f.toml"), "-o", desk.file("out"), "--quiet"});
   const auto look = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> words{"reconstruct", desk.file("out/field.npy"), "-z",    "10mm",
-                                   "-o",          desk.file("seen"),          "--json"};
-    words.insert(words.end(), more.begin(), more.end());
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
-    return nlohmann::json::parse(outcome.out).at("pictures").at(0);
+    const auto told = desk.succeed({"reconstruct", desk.file("out/field.npy"), "-z", "10mm", "-o",
+                                    desk.file("seen"), "--json"},
+                                   more);
+    return nlohmann::json::parse(told.out).at("pictures").at(0);
   };
   const auto exr = desk.file("seen/reconstruction_10mm.exr"),
              png = desk.file("seen/reconstruction_10mm.png");

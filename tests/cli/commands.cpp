@@ -64,9 +64,7 @@ TEST_CASE("reconstruct says what it takes off, and that it shows the mean of sev
     std::vector<std::string> words{"reconstruct"};
     for (const auto& file : files) words.push_back(desk.out(file));
     words.insert(words.end(), {"-z", "10mm", "-o", desk.file("seen")});
-    const auto outcome = desk.run(words);
-    REQUIRE(outcome.code == 0);
-    return outcome.err;
+    return desk.succeed(words).err;
   };
   REQUIRE(desk.render({"--quiet"}).code == 0);
   CHECK(notes_of({"report.json"}).find("taken off") == std::string::npos);
@@ -118,10 +116,8 @@ TEST_CASE(
   REQUIRE(desk.render({"--quiet"}).code == 0);
   const auto field = desk.out("field.npy").string();
   for (const auto& [eyepiece, distance_m] : {std::pair("120mm", 0.12), {"120mm,10cm", 0.1}}) {
-    const auto seen = desk.run({"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o",
-                                desk.file("views"), "--json"});
-    INFO(seen.err);
-    CHECK(seen.code == 0);
+    const auto seen = desk.succeed({"reconstruct", field, "-z", "-1D", "--eyepiece", eyepiece, "-o",
+                                    desk.file("views"), "--json"});
     // 1 / (z + distance) = 1 / focal length + dioptres
     CHECK(Json::parse(seen.out).at("pictures").at(0).at("z_m").get<double>() ==
           Catch::Approx(1 / (1 / 0.12 - 1) - distance_m));
@@ -133,14 +129,10 @@ TEST_CASE("--pupil looks through pupils, each in a picture of its own, and behin
   const Desk desk;
   REQUIRE(desk.render({"--quiet"}).code == 0);
   const auto pictures = [&](const std::vector<std::string>& more) {
-    std::vector<std::string> arguments{
-        "reconstruct", desk.out("field.npy").string(), "-z", "10mm", "-o", desk.file("views"),
-        "--json"};
-    arguments.insert(arguments.end(), more.begin(), more.end());
-    const auto seen = desk.run(arguments);
-    INFO(seen.err);
-    REQUIRE(seen.code == 0);
-    return Json::parse(seen.out).at("pictures");
+    const auto told = desk.succeed({"reconstruct", desk.out("field.npy").string(), "-z", "10mm",
+                                    "-o", desk.file("views"), "--json"},
+                                   more);
+    return Json::parse(told.out).at("pictures");
   };
   CHECK_FALSE(pictures({}).at(0).contains("pupil"));
   CHECK_FALSE(pictures({"--eyepiece", "50mm", "--pupil", "none"}).at(0).contains("pupil"));
@@ -223,9 +215,8 @@ TEST_CASE("reconstructions that cannot be are refused with one line") {
 
 TEST_CASE("plan says what would be computed without computing it") {
   const Desk desk;
-  const auto text = desk.run({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]", "--set",
-                              "wrp.propagation=spectrum"});
-  CHECK(text.code == 0);
+  const auto text = desk.succeed({"plan", desk.file("scene.toml"), "--set", "wrp.grid=[2, 2]",
+                                  "--set", "wrp.propagation=spectrum"});
   CHECK(text.err.empty());
   CHECK_SAYS(text.out, "48 x 32", "2 triangles", "2 x 2");
   CHECK_SAYS(text.out, "precision float (auto), predicted phase error");
@@ -264,8 +255,7 @@ TEST_CASE("render follows the plan of the same goal, and unknown goals are refus
 
 TEST_CASE("devices lists every device with what it can do, one of them the default") {
   const Desk desk;
-  const auto text = desk.run({"devices"});
-  CHECK(text.code == 0);
+  const auto text = desk.succeed({"devices"});
   CHECK(text.err.empty());
   CHECK_SAYS(text.out, "(default)", "fp64", "driver", "FFT");
   const auto list = Json::parse(desk.run({"devices", "--json"}).out);

@@ -49,21 +49,17 @@ TEST_CASE("encode makes of a render's field the pictures that the render made, b
     if (more != slm_text) continue;
     // Extensions are the same in capitals.
     std::filesystem::copy(desk.out("field.npy"), desk.out("FIELD.NPY"));
-    REQUIRE(
-        desk.run({"encode", desk.out("FIELD.NPY").string(), "-o", desk.file("capitals")}).code ==
-        0);
+    desk.succeed({"encode", desk.out("FIELD.NPY").string(), "-o", desk.file("capitals")});
     CHECK(bytes_of(desk.folder() / "capitals" / "hologram.png") ==
           bytes_of(desk.out("hologram.png")));
     // So does a file of its own.
     desk.folder().write("bench.toml", slm_text);
-    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),
-                      "-o", desk.file("by_file")})
-                .code == 0);
+    desk.succeed({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"), "-o",
+                  desk.file("by_file")});
     CHECK(bytes_of(desk.folder() / "by_file" / "hologram.png") ==
           bytes_of(desk.out("hologram.png")));
-    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),
-                      "--set", "slm.invert=false", "-o", desk.file("changed")})
-                .code == 0);
+    desk.succeed({"encode", desk.out("field.npy").string(), "--slm", desk.file("bench.toml"),
+                  "--set", "slm.invert=false", "-o", desk.file("changed")});
     CHECK(bytes_of(desk.folder() / "changed" / "hologram.png") !=
           bytes_of(desk.out("hologram.png")));
   }
@@ -78,17 +74,15 @@ TEST_CASE("encode for another SLM keeps the encoding that the render chose, and 
                   "viewer.eyepiece=50 mm", "-o", desk.file(encoding), "--quiet"});
     INFO(rendered.err);
     REQUIRE(rendered.code == 0);
-    const auto encoded = desk.run({"encode", desk.file(encoding + "/report.json"), "--slm",
-                                   desk.file("bench.toml"), "-o", desk.file(encoding + "_again")});
-    INFO(encoded.err);
-    REQUIRE(encoded.code == 0);
+    const auto encoded =
+        desk.succeed({"encode", desk.file(encoding + "/report.json"), "--slm",
+                      desk.file("bench.toml"), "-o", desk.file(encoding + "_again")});
     CHECK_SAYS(encoded.out, "1 frame, by " + encoding + "\n");
     const auto report = Json::parse(bytes_of(desk.file(encoding + "_again/report.json")));
     CHECK(report["scene"]["slm"]["invert"] == true);
     CHECK(report["scene"]["viewer"]["eyepiece_m"] == 0.05);
-    CHECK(desk.run({"reconstruct", desk.file(encoding + "_again/report.json"), "-z", "2D", "-o",
-                    desk.file("seen"), "--quiet"})
-              .code == 0);
+    desk.succeed({"reconstruct", desk.file(encoding + "_again/report.json"), "-z", "2D", "-o",
+                  desk.file("seen"), "--quiet"});
   }
 }
 
@@ -125,11 +119,7 @@ TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, 
   desk.scene(slm_text);
   REQUIRE(desk.render({"--set", "sampling.frames=3", "--quiet"}).code == 0);
   const auto seen = [&](const std::vector<std::string>& holograms, const std::string& folder) {
-    std::vector<std::string> line{"reconstruct", "-z", "10mm", "-o", desk.file(folder), "--quiet"};
-    line.insert(line.end(), holograms.begin(), holograms.end());
-    const auto outcome = desk.run(line);
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    desk.succeed({"reconstruct", "-z", "10mm", "-o", desk.file(folder), "--quiet"}, holograms);
     return load_grey(desk.folder() / folder / "reconstruction_10mm.exr", "").pixels;
   };
   const auto all = seen({desk.out("report.json").string()}, "all");
@@ -148,14 +138,12 @@ TEST_CASE("reconstruct shows of report.json the mean of its frames, one by one, 
   for (const char* format : {"png16", "bmp", "tiff"}) {
     INFO(format);
     const auto folder = desk.file(format);
-    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder})
-                .code == 0);
+    desk.succeed({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder});
     CHECK(seen({folder + "/report.json"}, std::string(format) + "_seen") == all);
   }
   for (const char* format : {"npy", "exr"}) {
     const auto folder = desk.file(format);
-    REQUIRE(desk.run({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder})
-                .code == 0);
+    desk.succeed({"encode", desk.out("field.npy").string(), "--format", format, "-o", folder});
     check_refused(
         desk.run({"reconstruct", folder + "/report.json", "-z", "10mm", "-o", desk.file("none")}),
         2, "which is not read again; encode with --format png");
@@ -274,10 +262,8 @@ TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen ag
                      format, "-o", desk.file(format)});
   };
   const auto seen = [&](const std::string& folder) {
-    const auto outcome = desk.run({"reconstruct", desk.file(folder + "/report.json"), "-z", "10mm",
-                                   "-o", desk.file("seen"), "--quiet"});
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    desk.succeed({"reconstruct", desk.file(folder + "/report.json"), "-z", "10mm", "-o",
+                  desk.file("seen"), "--quiet"});
     return load_grey(desk.folder() / "seen" / "reconstruction_10mm.exr", "").pixels;
   };
   REQUIRE(encoded("wide.toml", "png16").code == 0);
@@ -296,9 +282,8 @@ TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen ag
   REQUIRE(encoded("wide.toml", "red-blue").code == 0);
   check_refused(encoded("wide.toml", "png"), 2, "give --format png16, npy or red-blue");
   check_refused(encoded("bench.toml", "red-blue"), 2, "give slm.bits = 10");
-  REQUIRE(desk.run({"pattern", "ramp", "--slm", desk.file("wide.toml"), "--size", "64x64",
-                    "--pitch", "4um", "--wavelength", "532nm", "-o", desk.file("pattern")})
-              .code == 0);
+  desk.succeed({"pattern", "ramp", "--slm", desk.file("wide.toml"), "--size", "64x64", "--pitch",
+                "4um", "--wavelength", "532nm", "-o", desk.file("pattern")});
   // refine works with 8 bits, and says so before it computes, whoever asks for 10.
   const auto refined = [&](const std::string& field, const std::vector<std::string>& more) {
     std::vector<std::string> line{"refine",           field, "--targets",
@@ -319,9 +304,7 @@ TEST_CASE("a hologram of 10 bits is encoded, described by its report and seen ag
 TEST_CASE("plan states what the stop passes and where the undiffracted light falls") {
   Desk desk;
   desk.scene("[slm]\nstop = 0.02\ncarrier = [0.2, 0]\n");
-  const auto text = desk.run({"plan", desk.file("scene.toml")});
-  INFO(text.err);
-  CHECK(text.code == 0);
+  const auto text = desk.succeed({"plan", desk.file("scene.toml")});
   CHECK_SAYS(text.out, "SLM       double-phase, its stop passes ", ", stopped",
              "cut off by slm.stop");
   const auto json =
@@ -365,9 +348,8 @@ TEST_CASE("patterns are written with a report, and what they show is said") {
     CHECK(std::filesystem::exists(desk.folder() / "patterns" / name));
   // A diverging lens seems to shine from before the SLM: reconstruct looks there.
   REQUIRE(pattern({"lens", "--focal", "-20mm"}).code == 0);
-  REQUIRE(desk.run({"reconstruct", desk.file("patterns/report.json"), "-z", "20mm", "-o",
-                    desk.file("seen")})
-              .code == 0);
+  desk.succeed(
+      {"reconstruct", desk.file("patterns/report.json"), "-z", "20mm", "-o", desk.file("seen")});
   const auto seen = load_grey(desk.folder() / "seen" / "reconstruction_20mm.exr", "");
   const auto brightest =
       std::max_element(seen.pixels.begin(), seen.pixels.end()) - seen.pixels.begin();

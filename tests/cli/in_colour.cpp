@@ -30,10 +30,8 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
   Desk desk;
   in_colour(desk);
   const std::string scene = desk.file("scene.toml"), out = desk.out("").string();
-  const auto rendered = desk.run(
+  desk.succeed(
       {"render", scene, "--set", three, "--set", "slm.encoding=phase", "-o", out, "--rgb"});
-  INFO(rendered.err);
-  REQUIRE(rendered.code == 0);
   const auto report = nlohmann::json::parse(bytes_of(desk.out("report.json")));
   const auto& lasers = report.at("colour").at("lasers");
   REQUIRE(lasers.size() == 3);
@@ -55,22 +53,17 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
     CHECK(packed[i].pixels == load_levels(desk.out(names[i]), "").pixels);
 
   // One laser alone: the same bits
-  const auto alone = desk.run({"render", scene, "--set", three, "--set", "slm.encoding=phase",
-                               "--set", "colour.only=520 nm", "-o", desk.file("alone"), "--quiet"});
-  REQUIRE(alone.code == 0);
+  desk.succeed({"render", scene, "--set", three, "--set", "slm.encoding=phase", "--set",
+                "colour.only=520 nm", "-o", desk.file("alone"), "--quiet"});
   CHECK(bytes_of(desk.file("alone/hologram.png")) == bytes_of(desk.out(names[1])));
   CHECK(bytes_of(desk.file("alone/field.npy")) == bytes_of(desk.out("field_520nm.npy")));
 
   // What they show, and what a lens sees, is red in the middle
-  for (const char* flag : {"--quiet", "--field"}) {
-    const auto seen = desk.run({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o",
-                                desk.file("seen"), flag, "--json", desk.file("seen.json")});
-    INFO(seen.err);
-    REQUIRE(seen.code == 0);
-  }
-  REQUIRE(desk.run({"lens", scene, "--set", three, "-z", "9mm", "-o", desk.file("seen"),
-                    "--lens-points", "2"})
-              .code == 0);
+  for (const char* flag : {"--quiet", "--field"})
+    desk.succeed({"reconstruct", desk.out("report.json"), "-z", "9mm", "-o", desk.file("seen"),
+                  flag, "--json", desk.file("seen.json")});
+  desk.succeed(
+      {"lens", scene, "--set", three, "-z", "9mm", "-o", desk.file("seen"), "--lens-points", "2"});
   const auto is_red = [&](const std::string& name) {
     const auto picture = load_rgb(desk.file(name), "");
     double sums[3] = {};
@@ -82,9 +75,8 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
   };
   CHECK(is_red("seen/reconstruction_9mm.exr"));
   CHECK(is_red("seen/lens_9mm.exr"));
-  const auto compared = desk.run({"compare", desk.file("seen/lens_9mm.exr"),
-                                  desk.file("seen/reconstruction_9mm.exr"), "--blur", "3px"});
-  CHECK(compared.code == 0);
+  const auto compared = desk.succeed({"compare", desk.file("seen/lens_9mm.exr"),
+                                      desk.file("seen/reconstruction_9mm.exr"), "--blur", "3px"});
   CHECK_THAT(compared.out, ContainsSubstring("Delta E 2000       mean"));
   const auto itself =
       desk.run({"compare", desk.file("seen/lens_9mm.png"), desk.file("seen/lens_9mm.png")});
@@ -92,9 +84,8 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
 
   // A laser's own files, whose pitch and wavelength the report knows
   for (const char* file : {"hologram_450nm.png", "field_450nm.npy"}) {
-    const auto one = desk.run({"reconstruct", desk.out(file), "-z", "9mm", "-o", desk.file("one")});
-    INFO(one.err);
-    CHECK(one.code == 0);
+    const auto one =
+        desk.succeed({"reconstruct", desk.out(file), "-z", "9mm", "-o", desk.file("one")});
     CHECK(is_grey(load_rgb(desk.file("one/reconstruction_9mm.exr"), "")));
   }
   desk.shell("cp out/field_450nm.npy out/other.npy");
@@ -109,9 +100,7 @@ TEST_CASE("render writes a hologram for each laser, which can be looked at toget
 
 void run_quietly(Desk& desk, std::vector<std::string> words) {
   words.emplace_back("--quiet");
-  const auto done = desk.run(words);
-  INFO(done.err);
-  REQUIRE(done.code == 0);
+  desk.succeed(words);
 }
 
 TEST_CASE("encode makes the holograms of three lasers of their fields, by one scale") {
@@ -176,11 +165,9 @@ TEST_CASE("quality in colour has the figures of compare, of lens and reconstruct
   in_colour(desk);
   const auto run = [&](std::vector<std::string> words) { run_quietly(desk, std::move(words)); };
   const std::string scene = desk.file("scene.toml"), window = "0.16mmx0.12mm";
-  const auto quality = desk.run({"quality", scene, "--set", three, "-z", "9mm", "--lens-points",
-                                 "2", "--no-views", "--blur", "3px", "--border", "2", "--window",
-                                 window, "--against-points", "-o", desk.file("q")});
-  INFO(quality.err);
-  REQUIRE(quality.code == 0);
+  const auto quality = desk.succeed({"quality", scene, "--set", three, "-z", "9mm", "--lens-points",
+                                     "2", "--no-views", "--blur", "3px", "--border", "2",
+                                     "--window", window, "--against-points", "-o", desk.file("q")});
   CHECK_THAT(quality.out, ContainsSubstring("Delta E mean"));
   run({"render", scene, "--set", three, "-o", desk.out("")});
   run({"reconstruct", desk.out("report.json"), "-z", "9mm", "--window", window, "-o",
@@ -226,8 +213,7 @@ TEST_CASE("plan says what each laser needs and reaches, and where edges lose blu
   Desk desk;
   in_colour(desk);
   const auto scene = desk.file("scene.toml");
-  const auto plan = desk.run({"plan", scene, "--set", three});
-  CHECK(plan.code == 0);
+  const auto plan = desk.succeed({"plan", scene, "--set", three});
   CHECK_THAT(plan.out, ContainsSubstring("laser     638 nm: 0.479 of white's power"));
   CHECK_THAT(plan.out, ContainsSubstring("that the whole hologram shows with all lasers"));
   CHECK_THAT(plan.out, !ContainsSubstring("edges turn"));
@@ -245,11 +231,7 @@ TEST_CASE("refine makes of three lasers what render makes of the same [refine], 
                                          "--set", "refine.targets=lens"};
   const auto run = [&](std::vector<std::string> words, const std::vector<std::string>& more) {
     words.insert(words.end(), refined.begin(), refined.end());
-    words.insert(words.end(), more.begin(), more.end());
-    const auto done = desk.run(words);
-    INFO(done.err);
-    REQUIRE(done.code == 0);
-    return done;
+    return desk.succeed(words, more);
   };
   const auto report_in = [&](const std::string& folder) {
     return nlohmann::json::parse(bytes_of(desk.file(folder + "/report.json")));
@@ -387,9 +369,8 @@ TEST_CASE("bench and trade take the scene of three lasers, and quality one laser
   const auto trade = nlohmann::json::parse(bytes_of(desk.file("trade/trade.json")));
   CHECK(trade.at("rows").at(0).at("psnr_db").get<double>() > 5);
   CHECK(trade.at("rows").at(0).at("against_points").at("correlation").get<double>() > 0.5);
-  CHECK(desk.run({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
-                  "--lens-points", "2", "-z", "9mm", "-o", desk.file("x"), "--quiet"})
-            .code == 0);
+  desk.succeed({"quality", scene, "--set", three, "--set", "colour.only=450 nm", "--no-views",
+                "--lens-points", "2", "-z", "9mm", "-o", desk.file("x"), "--quiet"});
   check_refused(desk.run({"render", scene, "--rgb", "-o", desk.file("x")}), 2, "three lasers");
 }
 

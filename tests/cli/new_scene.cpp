@@ -28,13 +28,9 @@ TEST_CASE("new scenes plan without a warning for every mesh of data/, before SLM
       std::filesystem::remove(scene);
       std::vector<std::string> words{"new", mesh.string(), "-o", scene};
       if (*slm) words.insert(words.end(), {"--slm", desk.file(slm)});
-      const auto made = desk.run(words);
-      INFO(made.err);
-      REQUIRE(made.code == 0);
+      const auto made = desk.succeed(words);
       CHECK(made.err.empty());
-      const auto plan = desk.run({"plan", scene, "--json", "--strict"});
-      INFO(plan.err);
-      REQUIRE(plan.code == 0);
+      const auto plan = desk.succeed({"plan", scene, "--json", "--strict"});
       const auto json = nlohmann::json::parse(plan.out);
       CHECK(json.at("warnings").empty());
       CHECK_THAT(bytes_of(scene),
@@ -48,10 +44,8 @@ TEST_CASE("a new scene behind an eyepiece stands at dioptres, where the eye sees
   desk.folder().write("near.toml",
                       "[hologram]\nresolution = [640, 400]\npitch = \"8 um\"\nwavelength = "
                       "\"532 nm\"\n[viewer]\neyepiece = \"50 mm\"\npupil = \"1.5 mm\"\n");
-  const auto made = desk.run({"new", desk.file("square.obj"), "-o", desk.file("new.toml"), "--slm",
-                              desk.file("near.toml")});
-  INFO(made.err);
-  REQUIRE(made.code == 0);
+  const auto made = desk.succeed({"new", desk.file("square.obj"), "-o", desk.file("new.toml"),
+                                  "--slm", desk.file("near.toml")});
   CHECK_THAT(made.err, !ContainsSubstring("beyond infinity") && !ContainsSubstring("missing"));
   CHECK_THAT(bytes_of(desk.file("new.toml")), ContainsSubstring("position = [0, 0, \"1.5 D\"]"));
   const auto plan = desk.run({"plan", desk.file("new.toml")});
@@ -69,9 +63,7 @@ TEST_CASE(
   const std::vector<std::string> words{"new",   desk.file("square.obj"),
                                        "-o",    desk.file("new.toml"),
                                        "--slm", desk.file("lab/slm.toml")};
-  const auto made = desk.run(words);
-  INFO(made.err);
-  REQUIRE(made.code == 0);
+  desk.succeed(words);
   const auto text = bytes_of(desk.file("new.toml"));
   CHECK_THAT(text, ContainsSubstring("levels_per_turn = 240") &&
                        ContainsSubstring("\"lab/lut.txt\"") && !ContainsSubstring("other.obj") &&

@@ -114,10 +114,8 @@ TEST_CASE("animate --rate says how many pictures a second it computed where it k
   const std::string says = "pictures a second were computed, where ";
   for (const auto& [rate, is_kept] : {std::pair("200000", false), {"0.001", true}}) {
     const auto folder = std::string("moving") + rate;
-    const auto outcome = desk.run({"animate", desk.file("scene.toml"), "-o", desk.file(folder),
-                                   "--no-video", "--no-preview", "--rate", rate});
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    const auto outcome = desk.succeed({"animate", desk.file("scene.toml"), "-o", desk.file(folder),
+                                       "--no-video", "--no-preview", "--rate", rate});
     CHECK((outcome.err.find(says) == std::string::npos) == is_kept);
   }
 }
@@ -190,9 +188,7 @@ TEST_CASE("quality judges the files of a render as it judges the scene", "[slow]
     set.insert(set.end(), {"--set", R"(hologram.wavelength=["638 nm", "520 nm", "450 nm"])"});
   const auto with = [&](std::vector<std::string> arguments) {
     arguments.insert(arguments.end(), set.begin(), set.end());
-    const auto outcome = desk.run(arguments);
-    INFO(outcome.err);
-    CHECK(outcome.code == 0);
+    desk.succeed(arguments);
   };
   const std::vector<std::string> judge{"-o", desk.file("out"), "--lens-points",
                                        "2",  "--border",       "0"};
@@ -206,9 +202,7 @@ TEST_CASE("quality judges the files of a render as it judges the scene", "[slow]
   auto render = std::vector<std::string>{"render", scene, "-o", desk.file("out")};
   if (!keeps_field) render.emplace_back("--no-field");
   with(render);
-  const auto outcome = desk.run(judge_of(desk.file("out/report.json")));
-  INFO(outcome.err);
-  REQUIRE(outcome.code == 0);
+  desk.succeed(judge_of(desk.file("out/report.json")));
   const auto rows = rows_of(desk);
   REQUIRE(rows.size() == wanted.size());
   for (std::size_t i = 0; i < rows.size(); ++i) {
@@ -239,7 +233,7 @@ TEST_CASE("quality of a report says whether the goal that was asked for is reach
     goal.insert(goal.begin(), {"render", desk.file("scene.toml"), "-o", desk.file("out"), "--set",
                                "sampling.pitch=auto", "--set", "hologram.resolution=[240, 160]",
                                "--set", "object.0.rotation=[0, 0, 17]"});
-    REQUIRE(desk.run(goal).code == 0);
+    desk.succeed(goal);
   };
   render({"--psnr", "20"});
   CHECK_SAYS(judge().out, "where 20 were asked for", "the goal is reached");

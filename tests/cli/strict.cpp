@@ -31,7 +31,7 @@ TEST_CASE("--strict makes an error of what is not understood, and of nothing els
     if (std::string(command) != "quality") CHECK(run(false).code == 0);  // it leaves files
   }
   desk.folder().write("square.obj", square_obj());
-  CHECK(desk.run({"plan", scene, "--strict"}).code == 0);
+  desk.succeed({"plan", scene, "--strict"});
 }
 
 }  // namespace

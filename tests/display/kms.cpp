@@ -11,6 +11,7 @@
 namespace raywave {
 namespace {
 
+using test::device_error_of;
 using test::FakeKernel;
 using test::Fate;
 
@@ -34,15 +35,6 @@ ShownFrames show(Display& display, int frames, double rate_hz = 0) {
         return frames-- > 0 ? std::make_shared<LevelFrame>(noise(1)) : nullptr;
       },
       never);
-}
-
-std::string device_error_of(const std::function<void()>& action) {
-  try {
-    action();
-  } catch (const DeviceError& error) {
-    return error.what();
-  }
-  return "";
 }
 
 TEST_CASE("levels are on the screen when the kernel tells of their flip") {

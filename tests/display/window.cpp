@@ -144,10 +144,8 @@ TEST_CASE("600 frames: each refresh is shown, repeated or missed, and each flip 
   const XServer server(320, 200);
   const test::Desk desk;
   write_stream(desk, {320, 200}, 100, 200);
-  const auto outcome = desk.run({"show", desk.file("moving"), "--loops", "6", "--read-back",
-                                 "--events", "-", "--json", desk.file("shown.json")});
-  CAPTURE(outcome.err);
-  REQUIRE(outcome.code == 0);
+  const auto outcome = desk.succeed({"show", desk.file("moving"), "--loops", "6", "--read-back",
+                                     "--events", "-", "--json", desk.file("shown.json")});
   const auto report = Json::parse(bytes_of(desk.file("shown.json")));
   CHECK(report["shown"] == 600);
   CHECK(report["rate_hz"] == 200);
@@ -287,10 +285,8 @@ TEST_CASE("reports tell the frames, their order, their lasers and the panel's ra
   /// "frame laser, frame laser ..." as flips tell, and the rate of the output.
   const auto told = [&](const Json& report) {
     desk.folder().write("report.json", report.dump());
-    const auto outcome = desk.run({"show", desk.file("report.json"), "--loops", "1", "--events",
-                                   "-", "--json", desk.file("shown.json")});
-    INFO(outcome.err);
-    REQUIRE(outcome.code == 0);
+    const auto outcome = desk.succeed({"show", desk.file("report.json"), "--loops", "1", "--events",
+                                       "-", "--json", desk.file("shown.json")});
     std::string all;
     std::istringstream lines(outcome.out);
     for (std::string line; std::getline(lines, line);) {
@@ -343,8 +339,7 @@ TEST_CASE("a scene that moves is computed while it is shown, with the bits of an
       "[animation]\nframes = 3\nrate = 5\n[[animation.track]]\nof = \"object.0.rotation\"\n"
       "at = [0, 2]\nvalues = [[0, 0, 0], [0, 40, 0]]\n");
   const auto scene = desk.file("scene.toml");
-  REQUIRE(desk.run({"animate", scene, "-o", desk.file("out"), "--stream", "--no-preview"}).code ==
-          0);
+  desk.succeed({"animate", scene, "-o", desk.file("out"), "--stream", "--no-preview"});
   const auto stream = bytes_of(desk.out("frames.raw"));
   REQUIRE(stream.size() == 3 * 48 * 32);
   const auto program = desk.start({"show", scene, "--loops", "30", "--events", "-"});

@@ -30,6 +30,20 @@ BenchCase small_case(const test::Desk& desk) {
   return c;
 }
 
+/// Checks that a row has three frames, and that their stages add up to them and none is negative.
+void check_frames(const BenchRow& row) {
+  REQUIRE(row.frames.size() == 3);
+  for (const auto& frame : row.frames) {
+    double sum = 0;
+    for (const auto& [stage, seconds] : frame.stages_s) {
+      INFO(stage);
+      CHECK(seconds >= -1e-6);
+      sum += seconds;
+    }
+    CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
+  }
+}
+
 BenchRow row_of(const std::string& name, double wall_s, double processor_s) {
   BenchRow row;
   row.name = name;
@@ -37,38 +51,29 @@ BenchRow row_of(const std::string& name, double wall_s, double processor_s) {
   return row;
 }
 
-TEST_CASE(
+DEVICE_TEST(
     "stages of every frame add up to it, none is negative, and quality is finite, on every "
     "device") {
   const test::Desk desk;
-  for (const auto& device : test::all_devices()) {
-    Bench bench(device.info(), brief(device));
-    CHECK(bench.limits().bytes_per_s > 0);
-    CHECK(bench.limits().operations_per_s > 0);
-    const auto row = bench.run(small_case(desk));
-    INFO(device.info().name << ": " << row.note);
-    REQUIRE(row.frames.size() == 3);
-    for (const auto& frame : row.frames) {
-      double sum = 0;
-      for (const auto& [stage, seconds] : frame.stages_s) {
-        INFO(stage);
-        CHECK(seconds >= -1e-6);
-        sum += seconds;
-      }
-      CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
-      CHECK(frame.processor_s >= 0);
-      for (const char* stage : {"tree", "samples", "trace", "propagate", "encode", "rest"})
-        CHECK(frame.stages_s.contains(stage));
-    }
-    REQUIRE(row.quality);
-    CHECK(std::isfinite(row.quality->psnr_db));
-    CHECK_THAT(row.quality->z_m, WithinRel(10e-3, 1e-9));
-    CHECK(row.triangles == 2);
-    CHECK(row.samples > 0);
-    CHECK(row.device_peak_bytes > 8 * 48 * 32);
-    CHECK(row.resident_bytes > 0);
-    CHECK(row.first_frame_s > 0);
+  Bench bench(device.info(), brief(device));
+  CHECK(bench.limits().bytes_per_s > 0);
+  CHECK(bench.limits().operations_per_s > 0);
+  const auto row = bench.run(small_case(desk));
+  INFO(device.info().name << ": " << row.note);
+  check_frames(row);
+  for (const auto& frame : row.frames) {
+    CHECK(frame.processor_s >= 0);
+    for (const char* stage : {"tree", "samples", "trace", "propagate", "encode", "rest"})
+      CHECK(frame.stages_s.contains(stage));
   }
+  REQUIRE(row.quality);
+  CHECK(std::isfinite(row.quality->psnr_db));
+  CHECK_THAT(row.quality->z_m, WithinRel(10e-3, 1e-9));
+  CHECK(row.triangles == 2);
+  CHECK(row.samples > 0);
+  CHECK(row.device_peak_bytes > 8 * 48 * 32);
+  CHECK(row.resident_bytes > 0);
+  CHECK(row.first_frame_s > 0);
 }
 
 TEST_CASE("cases of one scene whose pictures have windows of their own are all judged") {
@@ -85,37 +90,31 @@ TEST_CASE("cases of one scene whose pictures have windows of their own are all j
   }
 }
 
-TEST_CASE("a frame of several lasers is that of all, and its quality that of the colour picture") {
+DEVICE_TEST(
+    "a frame of several lasers is that of all, and its quality that of the colour picture") {
   const test::Desk desk;
-  for (const auto& device : test::all_devices()) {
-    Bench bench(device.info(), brief(device));
-    const auto alone = bench.run(small_case(desk));
-    auto c = small_case(desk);
-    c.scenes = load_scenes(desk.file("scene.toml"),
-                           {"hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]"});
-    const auto row = bench.run(c);
-    INFO(device.info().name << ": " << row.note);
-    REQUIRE(row.frames.size() == 3);
-    for (const auto& frame : row.frames) {
-      double sum = 0;
-      for (const auto& stage : frame.stages_s) sum += stage.second;
-      CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
-    }
-    CHECK(row.holograms() == 3);
-    CHECK_THAT(row.per_second(), WithinRel(3 / row.wall_s().median, 1e-9));
-    CHECK(row.samples == 3 * alone.samples);
-    CHECK(row.work.at("encode").bytes == 3 * alone.work.at("encode").bytes);
-    QualitySpec what;
-    what.depths_m = {10e-3};
-    what.views = false;
-    what.lens_points = 3;
-    what.blur_m = blur_of_resolution * c.scenes[0].sampling.pitch_m;
-    RenderOptions how;
-    how.fft = bench.options().fft;
-    const auto seen = assess(device, c.scenes, build_world(c.scenes[0]), how, what);
-    REQUIRE(row.quality);
-    CHECK_THAT(row.quality->psnr_db, WithinRel(seen.rows.at(0).figures.luminance.psnr_db, 1e-6));
-  }
+  Bench bench(device.info(), brief(device));
+  const auto alone = bench.run(small_case(desk));
+  auto c = small_case(desk);
+  c.scenes = load_scenes(desk.file("scene.toml"),
+                         {"hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]"});
+  const auto row = bench.run(c);
+  INFO(device.info().name << ": " << row.note);
+  check_frames(row);
+  CHECK(row.holograms() == 3);
+  CHECK_THAT(row.per_second(), WithinRel(3 / row.wall_s().median, 1e-9));
+  CHECK(row.samples == 3 * alone.samples);
+  CHECK(row.work.at("encode").bytes == 3 * alone.work.at("encode").bytes);
+  QualitySpec what;
+  what.depths_m = {10e-3};
+  what.views = false;
+  what.lens_points = 3;
+  what.blur_m = blur_of_resolution * c.scenes[0].sampling.pitch_m;
+  RenderOptions how;
+  how.fft = bench.options().fft;
+  const auto seen = assess(device, c.scenes, build_world(c.scenes[0]), how, what);
+  REQUIRE(row.quality);
+  CHECK_THAT(row.quality->psnr_db, WithinRel(seen.rows.at(0).figures.luminance.psnr_db, 1e-6));
 }
 
 TEST_CASE("meshes that no file holds are measured, and they move in every frame") {
@@ -146,13 +145,8 @@ TEST_CASE("a strip of the hologram is scaled to all of it and not judged") {
   c.share = 4;
   const auto row = Bench(device.info(), brief(device)).run(c);
   INFO(row.note);
-  REQUIRE(row.frames.size() == 3);
+  check_frames(row);
   CHECK_FALSE(row.quality);
-  for (const auto& frame : row.frames) {
-    double sum = 0;
-    for (const auto& stage : frame.stages_s) sum += stage.second;
-    CHECK_THAT(sum, WithinRel(frame.wall_s, 1e-9));
-  }
   CHECK_SAYS(bench_line(row, BenchStyle::aligned), "(1/4, scaled)");
 }
 
@@ -277,9 +271,7 @@ TEST_CASE(
     std::vector<std::string> words{
         "bench", desk.file("scene.toml"), "--frames", "3", "--lens-points", "3", "--json", json};
     if (markdown) words.emplace_back("--markdown");
-    const auto outcome = desk.run(words);
-    INFO(outcome.err);
-    CHECK(outcome.code == 0);
+    const auto outcome = desk.succeed(words);
     CHECK_SAYS(outcome.out, markdown ? "| scene |" : "propagate");
     CHECK(nlohmann::json::parse(bytes_of(json))["rows"][0]["name"] == "scene");
   }

@@ -49,9 +49,8 @@ void check_damaged_demo_files(int cuts, int flips) {
   // Scenes name their meshes beside them.
   for (const auto& file : demo_files()) fs::copy(file, desk.folder() / file.filename().string());
   REQUIRE(desk.render({"--save-wrps", "--quiet", "--set", "sampling.frames=2"}).code == 0);
-  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"),
-                    "--quiet"})
-              .code == 0);
+  desk.succeed(
+      {"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"), "--quiet"});
   std::vector<fs::path> files = demo_files();
   for (const auto& entry : fs::directory_iterator(desk.out(""))) files.push_back(entry.path());
   int kinds = 0;
@@ -91,9 +90,8 @@ TEST_CASE(
       "position = [0, 0, \"9 mm\"]\n";
   desk.scene(textured);
   REQUIRE(desk.render({"--quiet"}).code == 0);
-  REQUIRE(desk.run({"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"),
-                    "--quiet"})
-              .code == 0);
+  desk.succeed(
+      {"reconstruct", desk.out("field.npy"), "-z", "10mm", "-o", desk.file("out"), "--quiet"});
   fs::copy(desk.out(""), desk.folder() / "whole");
 
   const auto check = [&](const std::string& name, const std::vector<std::string>& arguments,
@@ -386,13 +384,13 @@ TEST_CASE(
                                     "--set",
                                     "sampling.seed=" + std::to_string(seed)};
   };
-  REQUIRE(desk.run(arguments(1, "old")).code == 0);
-  REQUIRE(desk.run(arguments(2, "new")).code == 0);
+  desk.succeed(arguments(1, "old"));
+  desk.succeed(arguments(2, "new"));
   auto old_files = snapshot(desk.folder() / "old"), new_files = snapshot(desk.folder() / "new");
   fs::copy(desk.folder() / "old", desk.folder() / "out");
 
   const auto start = std::chrono::steady_clock::now();
-  REQUIRE(desk.run(arguments(2, "out")).code == 0);
+  desk.succeed(arguments(2, "out"));
   const auto whole_run = std::chrono::steady_clock::now() - start;
 
   std::mt19937 random(1);
@@ -436,7 +434,7 @@ TEST_CASE(
   CHECK(killed > 0);
 
   std::ofstream(desk.out("hologram.4194305-0.tmp.png")) << "left by a program that was killed";
-  REQUIRE(desk.run(arguments(2, "out")).code == 0);
+  desk.succeed(arguments(2, "out"));
   CHECK(snapshot(desk.out("")).size() == old_files.size());
   for (const char* name : {"field.npy", "hologram.png"})
     CHECK(bytes_of(desk.out(name)) == new_files.at(name));

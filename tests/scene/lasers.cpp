@@ -23,18 +23,9 @@ struct Files {
     return folder.write("scene.toml", text);
   }
   std::string refusal(const std::string& text) {
-    try {
-      load_scenes(with(text));
-    } catch (const InputError& error) {
-      return error.what();
-    }
-    return "";
+    return input_error_of([&] { load_scenes(with(text)); });
   }
 };
-
-bool holds(const std::string& text, const std::string& part) {
-  return text.find(part) != std::string::npos;
-}
 
 }  // namespace
 
@@ -109,28 +100,25 @@ TEST_CASE("a list may have one laser, which is one wavelength, two, or up to eig
 
 TEST_CASE("wrong lists of wavelengths say what would be right") {
   Files files;
-  CHECK(holds(files.refusal(text_of("[]")),
-              "scene.toml:3: hologram: wavelength must be a length, or 1 to 8 of them"));
-  CHECK(holds(files.refusal(text_of(R"(["450 nm", "488 nm", "520 nm", "532 nm", "561 nm", "589 nm",
-                                        "638 nm", "660 nm", "473 nm"])")),
-              "1 to 8 of them"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "520 nm", "450 nm", "520 nm"])")),
-              "wavelength[3] must be another colour than 520 nm"));
-  CHECK(holds(files.refusal(text_of(R"(["850 nm", "520 nm", "450 nm"])")), "780 nm"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "300 nm"])")), "380 nm"));
-  CHECK(
-      holds(files.refusal(text_of(R"(["638 nm", "600 nm", "580 nm"])")), "lasers must mix white"));
-  CHECK(holds(files.refusal(text_of(R"(["638 nm", "620 nm"])")), "has no light of 638 nm"));
-  CHECK(holds(files.refusal(text_of("\"520 nm\"", "[colour]\nwhite = \"D65\"\n")),
-              "colour: is for several lasers"));
-  CHECK(
-      holds(files.refusal(text_of(three, "[colour]\nwhite = \"D50\"\n")), "white must be \"D65\""));
-  CHECK(holds(files.refusal(text_of(three, "[colour]\nonly = \"532 nm\"\n")),
-              "\"638 nm\" or \"520 nm\" or \"450 nm\""));
-  CHECK(holds(files.refusal(text_of(three, "[colour]\npower = [1, 2]\n")),
-              "power must be a number for each of 3 lasers"));
-  CHECK(holds(files.refusal(text_of(three, "[colour]\nduty = [0.5, 0.4, 0.3]\n")),
-              "duty must be shares of the time that add up to 1 or less"));
+  const std::pair<std::string, const char*> wrong[] = {
+      {text_of("[]"), "scene.toml:3: hologram: wavelength must be a length, or 1 to 8 of them"},
+      {text_of(R"(["450 nm", "488 nm", "520 nm", "532 nm", "561 nm", "589 nm",
+                                        "638 nm", "660 nm", "473 nm"])"),
+       "1 to 8 of them"},
+      {text_of(R"(["638 nm", "520 nm", "450 nm", "520 nm"])"),
+       "wavelength[3] must be another colour than 520 nm"},
+      {text_of(R"(["850 nm", "520 nm", "450 nm"])"), "780 nm"},
+      {text_of(R"(["638 nm", "300 nm"])"), "380 nm"},
+      {text_of(R"(["638 nm", "600 nm", "580 nm"])"), "lasers must mix white"},
+      {text_of(R"(["638 nm", "620 nm"])"), "has no light of 638 nm"},
+      {text_of("\"520 nm\"", "[colour]\nwhite = \"D65\"\n"), "colour: is for several lasers"},
+      {text_of(three, "[colour]\nwhite = \"D50\"\n"), "white must be \"D65\""},
+      {text_of(three, "[colour]\nonly = \"532 nm\"\n"), "\"638 nm\" or \"520 nm\" or \"450 nm\""},
+      {text_of(three, "[colour]\npower = [1, 2]\n"), "power must be a number for each of 3 lasers"},
+      {text_of(three, "[colour]\nduty = [0.5, 0.4, 0.3]\n"),
+       "duty must be shares of the time that add up to 1 or less"},
+  };
+  for (const auto& [text, says] : wrong) CHECK_SAYS(files.refusal(text), says);
 }
 
 TEST_CASE(
@@ -140,9 +128,9 @@ TEST_CASE(
     const auto text = text_of(wavelength, "[slm]\nlevels_per_turn = " + value + "\n");
     return load_scenes(files.with(text)).front().notes;
   };
-  REQUIRE(notes(three, "200").size() == 1);
-  CHECK(
-      holds(notes(three, "200").front(), "a turn of red takes more grey levels than one of blue"));
+  const auto shared = notes(three, "200");
+  REQUIRE(shared.size() == 1);
+  CHECK_SAYS(shared[0], "a turn of red takes more grey levels than one of blue");
   CHECK(notes(three, R"({"638 nm" = 254, "520 nm" = 206, "450 nm" = 168})").empty());
   CHECK(notes(R"("638 nm")", "200").empty());
 }

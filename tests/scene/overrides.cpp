@@ -6,12 +6,25 @@
 
 using namespace raywave;
 using namespace raywave::test;
+using Catch::Matchers::StartsWith;
+using Catch::Matchers::WithinRel;
+
+namespace {
+
+/// Overrides of kScene, and what is said of them after "--set OVERRIDE: ".
+void check_overrides(std::initializer_list<std::pair<std::string, std::string>> overrides) {
+  const Workshop workshop;
+  for (const auto& [text, message] : overrides)
+    CHECK(workshop.refusal(kScene, {text}) == "--set " + one_line(text) + ": " + message);
+}
+
+}  // namespace
 
 TEST_CASE("WRPs have as many distances as the file gives, or as many layers as it asks for") {
   const Workshop workshop;
   const auto both = workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]"});
   REQUIRE(both.wrp.distances_m.size() == 2);
-  CHECK_THAT(both.wrp.distances_m[0], Catch::Matchers::WithinRel(0.075, 1e-15));
+  CHECK_THAT(both.wrp.distances_m[0], WithinRel(0.075, 1e-15));
   CHECK(both.wrp.distances_m[1] == 0.125);
   CHECK(both.wrp.layers == 2);
   CHECK(workshop.load(kScene, {"wrp.distance=['75 mm', 0.125]", "wrp.layers=2"}).wrp.layers == 2);
@@ -34,18 +47,18 @@ TEST_CASE("overrides take TOML values and bare strings, and the last one wins") 
        "materials.gold.shininess=40", "materials.china.diffuse=[1, 0, 0]", "object.1.width=9 mm",
        "object.1.material=gold", "light.0.direction=[0, 0, 2]"});
   CHECK(scene.wrp.padding == 1.25);
-  CHECK_THAT(scene.hologram.pitch_m.y, Catch::Matchers::WithinRel(8e-6, 1e-15));
+  CHECK_THAT(scene.hologram.pitch_m.y, WithinRel(8e-6, 1e-15));
   CHECK(scene.hologram.resolution == glm::ivec2(64, 32));
   CHECK_FALSE(scene.wrp.grid.has_value());
   REQUIRE(scene.wrp.distances_m.size() == 1);
-  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.2, 1e-15));
+  CHECK_THAT(scene.wrp.distances_m[0], WithinRel(0.2, 1e-15));
   CHECK(scene.sampling.frames == 3);
   CHECK_FALSE(scene.trace.shadows);
   CHECK(scene.materials[2].shininess == 40);
   CHECK(scene.materials[1].diffuse == glm::dvec3(1, 0, 0));
-  CHECK_THAT(scene.objects[1].width_m.value(), Catch::Matchers::WithinRel(0.009, 1e-15));
+  CHECK_THAT(scene.objects[1].width_m.value(), WithinRel(0.009, 1e-15));
   CHECK(scene.objects[1].material == 2);
-  CHECK_THAT(scene.objects[0].width_m.value(), Catch::Matchers::WithinRel(0.0125, 1e-15));
+  CHECK_THAT(scene.objects[0].width_m.value(), WithinRel(0.0125, 1e-15));
   CHECK(scene.lights[0].direction == glm::dvec3(0, 0, 2));
 }
 
@@ -70,17 +83,14 @@ TEST_CASE(
   CHECK(accuracy({"accuracy.precision=double", "accuracy.phase=1e-4"}).precision ==
         Precision::doubles);
   CHECK(accuracy({"accuracy.phase=1e-4"}).phase_turns == 1e-4);
-  const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
-  CHECK(refusal("accuracy.precision=half") ==
-        "--set accuracy.precision=half: accuracy: precision must be \"auto\" or \"float\" or "
-        "\"double\", got \"half\"");
-  CHECK(refusal("accuracy.phase=0") ==
-        "--set accuracy.phase=0: accuracy: phase must be 1e-09 to 0.5, got 0");
-  CHECK(refusal("accuracy.phase=nan") ==
-        "--set accuracy.phase=nan: accuracy: phase must be 1e-09 to 0.5, got nan");
-  CHECK(refusal("accuracy.phases=1") ==
-        "--set accuracy.phases=1: accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys "
-        "here: precision, phase)");
+  check_overrides({
+      {"accuracy.precision=half",
+       "accuracy: precision must be \"auto\" or \"float\" or \"double\", got \"half\""},
+      {"accuracy.phase=0", "accuracy: phase must be 1e-09 to 0.5, got 0"},
+      {"accuracy.phase=nan", "accuracy: phase must be 1e-09 to 0.5, got nan"},
+      {"accuracy.phases=1",
+       "accuracy: unknown key \"phases\"; did you mean \"phase\"? (keys here: precision, phase)"},
+  });
 }
 
 TEST_CASE("bare numbers that are absurd as metres get a note, others none") {
@@ -116,62 +126,50 @@ TEST_CASE("what is wrong within a mesh or texture names the override that gave t
 TEST_CASE("a wrong override is named in place of the line") {
   const Workshop workshop;
   const auto refusal = [&](const std::string& text) { return workshop.refusal(kScene, {text}); };
-  CHECK(refusal("wrp.padding=9") == "--set wrp.padding=9: wrp: padding must be 1 to 8, got 9");
-  CHECK(refusal("hologram.pitch=8 parsec") ==
-        "--set hologram.pitch=8 parsec: hologram: pitch must be a length such as \"3.74 um\" "
-        "(units: nm, um, "
-        "mm, cm, m, km; none for metres), got \"8 parsec\"");
-  CHECK(refusal("light.0.direction=[0, 0, x]") ==
-        "--set light.0.direction=[0, 0, x]: light 0: direction must be three numbers [x, y, z], "
-        "got \"[0, 0, x]\"");
-  CHECK(refusal("light.0.direction=[0, 0, true]") ==
-        "--set light.0.direction=[0, 0, true]: light 0: direction[2] must be a number, got true");
-  CHECK(refusal("wrp.pading=1") ==
-        "--set wrp.pading=1: wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: "
-        "propagation, grid, distance, layers, padding, "
-        "guard, bell, margin, lines)");
   CHECK_THAT(refusal("wpr.padding=1"),
-             Catch::Matchers::StartsWith(
-                 "--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
-  CHECK(refusal("materials.iron.ior=2") ==
-        "--set materials.iron.ior=2: the scene has no \"materials.iron\"");
-  CHECK(refusal("object.2.width=1") ==
-        "--set object.2.width=1: there are 2 of \"object\", counted from 0, so \"2\" is none of "
-        "them");
-  CHECK(refusal("object.-1.width=1") ==
-        "--set object.-1.width=1: there are 2 of \"object\", counted from 0, so \"-1\" is none of "
-        "them");
-  CHECK(refusal("object.0=1") == "--set object.0=1: names no key of a scene");
-  CHECK(
-      refusal("object.position=[0, 0, 1]") ==
-      "--set object.position=[0, 0, 1]: names no key of a scene; object.0.position is that of the "
-      "first");
-  CHECK(refusal("object.\nwidth=1") ==
-        "--set object.?width=1: names no key of a scene; object.0.?width is that of the first");
-  CHECK(refusal("wrp.padding.x=1") == "--set wrp.padding.x=1: names no key of a scene");
-  CHECK(refusal("a.b.c.d.e.f=1") == "--set a.b.c.d.e.f=1: names no key of a scene");
+             StartsWith("--set wpr.padding=1: unknown key \"wpr\"; did you mean \"wrp\"?"));
   for (const std::string text : {"wrp.padding", "=3", "wrp.=1", ".padding=1", ""})
     CHECK(refusal(text) ==
           "--set " + text + ": must be section.key=value, for example wrp.padding=1.25");
-  CHECK(refusal("wrp.padding=") == "--set wrp.padding=: wrp: padding must be a number, got \"\"");
-  CHECK(refusal("wrp.padding=1\n[trace]") ==
-        "--set wrp.padding=1?[trace]: wrp: padding must be a number, got \"1?[trace]\"");
+  check_overrides({
+      {"wrp.padding=9", "wrp: padding must be 1 to 8, got 9"},
+      {"hologram.pitch=8 parsec",
+       "hologram: pitch must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none "
+       "for metres), got \"8 parsec\""},
+      {"light.0.direction=[0, 0, x]",
+       "light 0: direction must be three numbers [x, y, z], got \"[0, 0, x]\""},
+      {"light.0.direction=[0, 0, true]", "light 0: direction[2] must be a number, got true"},
+      {"wrp.pading=1",
+       "wrp: unknown key \"pading\"; did you mean \"padding\"? (keys here: propagation, grid, "
+       "distance, layers, padding, guard, bell, margin, lines)"},
+      {"materials.iron.ior=2", "the scene has no \"materials.iron\""},
+      {"object.2.width=1", "there are 2 of \"object\", counted from 0, so \"2\" is none of them"},
+      {"object.-1.width=1", "there are 2 of \"object\", counted from 0, so \"-1\" is none of them"},
+      {"object.0=1", "names no key of a scene"},
+      {"object.position=[0, 0, 1]",
+       "names no key of a scene; object.0.position is that of the first"},
+      {"object.\nwidth=1", "names no key of a scene; object.0.?width is that of the first"},
+      {"wrp.padding.x=1", "names no key of a scene"},
+      {"a.b.c.d.e.f=1", "names no key of a scene"},
+      {"wrp.padding=", "wrp: padding must be a number, got \"\""},
+      {"wrp.padding=1\n[trace]", "wrp: padding must be a number, got \"1?[trace]\""},
+  });
 }
 
 TEST_CASE("parse_length_m accepts its units and nothing else") {
-  CHECK_THAT(parse_length_m("3.74 um", "x"), Catch::Matchers::WithinRel(3.74e-6, 1e-15));
-  CHECK_THAT(parse_length_m("95mm", "x"), Catch::Matchers::WithinRel(0.095, 1e-15));
-  CHECK_THAT(parse_length_m(" 2 cm ", "x"), Catch::Matchers::WithinRel(0.02, 1e-15));
-  CHECK_THAT(parse_length_m("638nm", "x"), Catch::Matchers::WithinRel(638e-9, 1e-15));
+  CHECK_THAT(parse_length_m("3.74 um", "x"), WithinRel(3.74e-6, 1e-15));
+  CHECK_THAT(parse_length_m("95mm", "x"), WithinRel(0.095, 1e-15));
+  CHECK_THAT(parse_length_m(" 2 cm ", "x"), WithinRel(0.02, 1e-15));
+  CHECK_THAT(parse_length_m("638nm", "x"), WithinRel(638e-9, 1e-15));
   for (const char* text : {"40\u00a0um", "40\u202fum", "40\u2009um\u00a0"})  // as pasted
-    CHECK_THAT(parse_length_m(text, "x"), Catch::Matchers::WithinRel(40e-6, 1e-15));
+    CHECK_THAT(parse_length_m(text, "x"), WithinRel(40e-6, 1e-15));
   CHECK(parse_length_m("10 km", "x") == 1e4);
   CHECK(parse_length_m("0.1", "x") == 0.1);
   CHECK(parse_length_m("-1e-3 m", "x") == -1e-3);
   for (const char* text :
        {"", " ", "mm", "1 Mm", "1 mm mm", "nan", "inf m", "1e999", "0x10", "1,5 mm", "--1", "1 MM"})
     CHECK_THAT(input_error_of([&] { parse_length_m(text, "-z"); }),
-               Catch::Matchers::StartsWith("-z must be a length such as \"3.74 um\""));
+               StartsWith("-z must be a length such as \"3.74 um\""));
 }
 
 TEST_CASE("what is typed on the command line has a unit, and the line that asks for one says so") {

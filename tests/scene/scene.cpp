@@ -5,6 +5,8 @@
 
 using namespace raywave;
 using namespace raywave::test;
+using Catch::Matchers::StartsWith;
+using Catch::Matchers::WithinRel;
 
 namespace {
 
@@ -15,20 +17,38 @@ std::string with_line(int line, const std::string& text) {
   return kScene.substr(0, start) + text + kScene.substr(kScene.find('\n', start));
 }
 
+/// A line of kScene in place of another, and what is said of it.
+struct WrongLine {
+  int line;
+  const char *text, *message;  // after "scene.toml:LINE: "
+};
+
+/// Texts of scenes, and what is said of them after "scene.toml:".
+void check_said(std::initializer_list<std::pair<std::string, std::string>> texts) {
+  const Workshop workshop;
+  for (const auto& [text, message] : texts)
+    CHECK(workshop.refusal(text) == "scene.toml:" + message);
+}
+
+void check_wrong(std::initializer_list<WrongLine> lines) {
+  for (const auto& [line, text, message] : lines)
+    check_said({{with_line(line, text), std::to_string(line) + ": " + message}});
+}
+
 }  // namespace
 
 TEST_CASE("every key of a scene arrives in metres, at its place") {
   const Workshop workshop;
   const Scene scene = workshop.load(kScene);
   CHECK(scene.hologram.resolution == glm::ivec2(1280, 720));
-  CHECK_THAT(scene.hologram.pitch_m.x, Catch::Matchers::WithinRel(8e-6, 1e-15));
+  CHECK_THAT(scene.hologram.pitch_m.x, WithinRel(8e-6, 1e-15));
   CHECK(scene.hologram.pitch_m.y == 4e-6);
-  CHECK_THAT(scene.hologram.wavelength_m, Catch::Matchers::WithinRel(532e-9, 1e-15));
+  CHECK_THAT(scene.hologram.wavelength_m, WithinRel(532e-9, 1e-15));
   CHECK(scene.wrp.grid == glm::ivec2(3, 2));
   REQUIRE(scene.wrp.distances_m.size() == 1);
-  CHECK_THAT(scene.wrp.distances_m[0], Catch::Matchers::WithinRel(0.095, 1e-15));
+  CHECK_THAT(scene.wrp.distances_m[0], WithinRel(0.095, 1e-15));
   CHECK(scene.wrp.padding == 1.5);
-  CHECK_THAT(scene.sampling.pitch_m, Catch::Matchers::WithinRel(5e-5, 1e-15));
+  CHECK_THAT(scene.sampling.pitch_m, WithinRel(5e-5, 1e-15));
   CHECK(scene.sampling.seed == 4294967295u);
   CHECK(scene.sampling.frames == 4);
   CHECK(scene.trace.depth == 3);
@@ -58,7 +78,7 @@ TEST_CASE("every key of a scene arrives in metres, at its place") {
   REQUIRE(scene.objects.size() == 2);
   const Object& object = scene.objects[0];
   CHECK(object.mesh == workshop.folder / "teapot.ply");
-  CHECK_THAT(object.width_m.value(), Catch::Matchers::WithinRel(0.0125, 1e-15));
+  CHECK_THAT(object.width_m.value(), WithinRel(0.0125, 1e-15));
   CHECK(object.position_m == glm::dvec3(0.001, -0.002, 0.1));
   CHECK(object.rotation_deg == glm::dvec3(10, 30, -20.5));
   CHECK(object.material == 1);
@@ -68,13 +88,9 @@ TEST_CASE("every key of a scene arrives in metres, at its place") {
   CHECK(china.where == (workshop.folder / "scene.toml").string() + ":26: material \"china\"");
 }
 
-TEST_CASE("a wrong value is refused with its line and what would be right") {
-  struct Case {
-    int line;
-    const char* text;
-    const char* message;  // after "scene.toml:LINE: "
-  };
-  const std::vector<Case> cases{
+TEST_CASE(
+    "a wrong value of the hologram, its planes or samples is refused with what would be right") {
+  check_wrong({
       {2, "resolution = [262145, 720]", "hologram: resolution[0] must be 1 to 262144, got 262145"},
       {2, "resolution = [1280.0, 720]",
        "hologram: resolution[0] must be a whole number, 1 to 262144, got 1280.0"},
@@ -92,8 +108,7 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "a date or time"},
       {4, "wavelength = 638",
        "hologram: wavelength must be 1 nm to 10 mm (numbers are metres; \"638 nm\" has a unit of "
-       "its "
-       "own), got 638"},
+       "its own), got 638"},
       {4, "wavelength = inf", "hologram: wavelength must be 1 nm to 10 mm, got inf"},
       {4, "wavelength = 9007199254740993",
        "hologram: wavelength must be a length: a number in metres, or a string such as \"3.74 "
@@ -105,11 +120,8 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
        "hologram: unknown key \"colour\" (keys here: resolution, pitch, wavelength, tiles)"},
       {5, "[wpr]",
        "unknown key \"wpr\"; did you mean \"wrp\"? (keys here: hologram, colour, slm, "
-       "illumination, wrp, "
-       "sampling, "
-       "trace, "
-       "accuracy, viewer, refine, light, materials, "
-       "object, scene, animation)"},
+       "illumination, wrp, sampling, trace, accuracy, viewer, refine, light, materials, object, "
+       "scene, animation)"},
       {6, "grid = \"large\"", "wrp: grid must be two whole numbers [x, y], got \"large\""},
       {7, "distance = \"far\"",
        "wrp: distance must be a length such as \"3.74 um\" (units: nm, um, mm, cm, m, km; none for "
@@ -128,10 +140,14 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {8, "padding = \"2\"", "wrp: padding must be a number, got \"2\""},
       {10, "mode = \"fen\"", "sampling: mode must be \"aimed\" or \"fan\", got \"fen\""},
       {15, "depth = 17", "trace: depth must be 0 to 16, got 17"},
+  });
+}
+
+TEST_CASE("a wrong value of a light, a material or an object is refused with what would be right") {
+  check_wrong({
       {18, "type = \"sun\"",
        "light 0: type must be \"ambient\" or \"directional\" or \"point\" or \"spot\" or \"area\" "
-       "or "
-       "\"environment\", got \"sun\""},
+       "or \"environment\", got \"sun\""},
       {19, "direction = [0, 0, 0]", "light 0: direction must be longer than 0, got [0, 0, 0]"},
       {19, "direction = ['0', '0', '1']", "light 0: direction[0] must be a number, got \"0\""},
       {19, "direction = [0, 0, 0, 0, 1]",
@@ -162,52 +178,42 @@ TEST_CASE("a wrong value is refused with its line and what would be right") {
       {42, "normal = \"flat\"",
        "object 0: unknown key \"normal\"; did you mean \"normals\"? (keys here: mesh, width, "
        "position, rotation, material, unit, anchor, cut, normals)"},
-  };
-  const Workshop workshop;
-  for (const Case& one : cases) {
-    CHECK(workshop.refusal(with_line(one.line, one.text)) ==
-          "scene.toml:" + std::to_string(one.line) + ": " + one.message);
-  }
+  });
 }
 
 TEST_CASE("a missing key is asked for at the table that needs it") {
-  const Workshop workshop;
-  CHECK(workshop.refusal(with_line(19, "")) ==
-        "scene.toml:17: light 0: direction is missing: give the way the light travels, for example "
-        "[0, 0, 1]");
-  CHECK(workshop.refusal(with_line(23, "")) ==
-        "scene.toml:21: light 1: position is missing: give the light's place, for example [\"0 "
-        "mm\", \"50 mm\", \"20 mm\"]");
-  CHECK(workshop.refusal(with_line(37, "")) ==
-        "scene.toml:36: object 0: mesh is missing: give the name of a mesh file");
-  CHECK(workshop.refusal("[[light]]\ndirection = [0, 0, 1]\n") ==
-        "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
-  CHECK(workshop.refusal("[[object]]\nmesh = \"teapot.ply\"\n") ==
-        "scene.toml: there is no light: add [[light]] with direction = [0, 0, 1]");
-  CHECK(workshop.refusal("light = []\n[[object]]\nmesh = \"teapot.ply\"\n") ==
-        "scene.toml: there is no light: add [[light]] with direction = [0, 0, 1]");
-  CHECK(workshop.refusal("") ==
-        "scene.toml: there is no object: add [[object]] with mesh = \"FILE\"");
+  check_said({
+      {with_line(19, ""),
+       "17: light 0: direction is missing: give the way the light travels, for example [0, 0, 1]"},
+      {with_line(23, ""),
+       "21: light 1: position is missing: give the light's place, for example [\"0 mm\", \"50 "
+       "mm\", \"20 mm\"]"},
+      {with_line(37, ""), "36: object 0: mesh is missing: give the name of a mesh file"},
+      {"[[light]]\ndirection = [0, 0, 1]\n",
+       " there is no object: add [[object]] with mesh = \"FILE\""},
+      {"[[object]]\nmesh = \"teapot.ply\"\n",
+       " there is no light: add [[light]] with direction = [0, 0, 1]"},
+      {"light = []\n[[object]]\nmesh = \"teapot.ply\"\n",
+       " there is no light: add [[light]] with direction = [0, 0, 1]"},
+      {"", " there is no object: add [[object]] with mesh = \"FILE\""},
+  });
 }
 
 TEST_CASE("tables of the wrong kind are refused with the heading they need") {
-  const Workshop workshop;
-  CHECK(workshop.refusal("hologram = 3\n") ==
-        "scene.toml:1: hologram must be a table, [hologram], got 3");
-  CHECK(workshop.refusal("\n[light]\n") ==
-        "scene.toml:2: light must be an array of tables, each headed [[light]], got a table");
-  CHECK(
-      workshop.refusal("object = [1, {}]\n") ==
-      "scene.toml:1: object must be an array of tables, each headed [[object]], got an array of 2");
-  CHECK(workshop.refusal("\nmaterials.gold = 3\n") ==
-        "scene.toml:2: materials: gold must be a table, [materials.NAME], got 3");
-  CHECK(workshop.refusal("[materials]\n\"a\\nb\" = 3\n") ==
-        "scene.toml:2: materials: a?b must be a table, [materials.NAME], got 3");
-  CHECK(workshop.refusal("[[object]]\nmesh = \"teapot.ply\"\nmaterial = \"gold\"\n") ==
-        "scene.toml:3: object 0: material must be one of [materials.NAME], of which there is none, "
-        "got \"gold\"");
-  CHECK(workshop.refusal("[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n") ==
-        "scene.toml:3: light 0: unknown key \"direction\" (keys here: type, intensity)");
+  check_said({
+      {"hologram = 3\n", "1: hologram must be a table, [hologram], got 3"},
+      {"\n[light]\n", "2: light must be an array of tables, each headed [[light]], got a table"},
+      {"object = [1, {}]\n",
+       "1: object must be an array of tables, each headed [[object]], got an array of 2"},
+      {"\nmaterials.gold = 3\n", "2: materials: gold must be a table, [materials.NAME], got 3"},
+      {"[materials]\n\"a\\nb\" = 3\n",
+       "2: materials: a?b must be a table, [materials.NAME], got 3"},
+      {"[[object]]\nmesh = \"teapot.ply\"\nmaterial = \"gold\"\n",
+       "3: object 0: material must be one of [materials.NAME], of which there is none, got "
+       "\"gold\""},
+      {"[[light]]\ntype = \"ambient\"\ndirection = [0, 0, 1]\n",
+       "3: light 0: unknown key \"direction\" (keys here: type, intensity)"},
+  });
 }
 
 TEST_CASE("[refine] alone asks for refinement, and its keys arrive") {
@@ -263,8 +269,7 @@ TEST_CASE("more than 1024 lights are refused, and ambient ones are not counted")
   };
   CHECK(workshop.load(scene_of(1024, 2)).lights.size() == 1026);
   CHECK_THAT(workshop.refusal(scene_of(1025, 0)),
-             Catch::Matchers::StartsWith(
-                 "scene.toml: 1025 lights with a place or a direction, at most 1024 are"));
+             StartsWith("scene.toml: 1025 lights with a place or a direction, at most 1024 are"));
 }
 
 TEST_CASE("lights of every type have their keys, and no others") {
@@ -343,13 +348,10 @@ TEST_CASE("lights of every type have their keys, and no others") {
 
 TEST_CASE("text that is not TOML is refused with its line") {
   const Workshop workshop;
-  CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")),
-             Catch::Matchers::StartsWith("scene.toml:8: "));
-  CHECK_THAT(workshop.refusal(with_line(9, "[wrp]")),
-             Catch::Matchers::StartsWith("scene.toml:9: "));
-  CHECK_THAT(workshop.refusal("a = \"\xff\xfe\""), Catch::Matchers::StartsWith("scene.toml:1: "));
-  CHECK_THAT(workshop.refusal(std::string(1000, '\0')),
-             Catch::Matchers::StartsWith("scene.toml:1: "));
+  CHECK_THAT(workshop.refusal(with_line(8, "padding = = 2")), StartsWith("scene.toml:8: "));
+  CHECK_THAT(workshop.refusal(with_line(9, "[wrp]")), StartsWith("scene.toml:9: "));
+  CHECK_THAT(workshop.refusal("a = \"\xff\xfe\""), StartsWith("scene.toml:1: "));
+  CHECK_THAT(workshop.refusal(std::string(1000, '\0')), StartsWith("scene.toml:1: "));
 }
 
 TEST_CASE("values with units that lack their quotes are told of them, other mistakes are not") {
@@ -373,13 +375,12 @@ TEST_CASE("deep nesting is refused before it is followed") {
   };
   CHECK(workshop.refusal("\n" + repeat("a.", 100000) + "a = 1\n") ==
         "scene.toml:2: more than 32 dots in one line");
-  CHECK_THAT(workshop.refusal("a = " + repeat("[", 100000)),
-             Catch::Matchers::StartsWith("scene.toml:1: "));
+  CHECK_THAT(workshop.refusal("a = " + repeat("[", 100000)), StartsWith("scene.toml:1: "));
   CHECK_THAT(workshop.refusal("a = " + repeat("[\n{" + repeat("a.", 31) + "a = ", 5000)),
-             Catch::Matchers::StartsWith("scene.toml:"));
+             StartsWith("scene.toml:"));
   const std::string deepest = repeat("[{\"b\" = ", 100) + "1" + repeat("}]", 100);
   CHECK_THAT(workshop.refusal("trace = " + deepest),
-             Catch::Matchers::StartsWith("scene.toml:1: trace must be a table"));
+             StartsWith("scene.toml:1: trace must be a table"));
   CHECK(workshop.refusal(kScene, {"wrp.padding=" + repeat("[", 100000)}).size() < 1000);
   CHECK(workshop.refusal(kScene, {"wrp.padding={" + repeat("a.", 100000) + "a=1}"}).size() < 1000);
   CHECK(workshop.refusal(kScene, {repeat("a.", 100000) + "=1"}).size() < 1000);
@@ -425,16 +426,15 @@ TEST_CASE("places of a pupil, and depths of objects in dioptres, are read with a
         std::vector{glm::dvec2(0), glm::dvec2(1e-3, 0)});
   CHECK(with("object.0.position=[0, 0, '1.5 D']").objects[0].position_m.z ==
         depth_of_dioptres(usual.viewer, 1.5));
-  CHECK_THAT(workshop.refusal(kScene, {"object.0.position=[0, 0, '1.5 D']"}),
-             Catch::Matchers::ContainsSubstring("dioptres are seen through an eyepiece"));
-  CHECK_THAT(workshop.refusal(kScene, {eyepiece[0], "object.0.position=[0, 0, '-30 D']"}),
-             Catch::Matchers::ContainsSubstring("no plane is seen at -30 D"));
-  CHECK_THAT(workshop.refusal(kScene, {eyepiece[0], "object.0.position=['1 D', 0, 0]"}),
-             Catch::Matchers::ContainsSubstring("must be a length"));
-  CHECK_THAT(workshop.refusal(kScene, {"viewer.pupil_position=[[0, 0], [0]]"}),
-             Catch::Matchers::ContainsSubstring("two lengths [x, y]"));
-  CHECK_THAT(workshop.refusal(kScene, {"viewer.eye_relief='20 mm'"}),
-             Catch::Matchers::ContainsSubstring("given with eyepiece"));
+  CHECK_SAYS(workshop.refusal(kScene, {"object.0.position=[0, 0, '1.5 D']"}),
+             "dioptres are seen through an eyepiece");
+  CHECK_SAYS(workshop.refusal(kScene, {eyepiece[0], "object.0.position=[0, 0, '-30 D']"}),
+             "no plane is seen at -30 D");
+  CHECK_SAYS(workshop.refusal(kScene, {eyepiece[0], "object.0.position=['1 D', 0, 0]"}),
+             "must be a length");
+  CHECK_SAYS(workshop.refusal(kScene, {"viewer.pupil_position=[[0, 0], [0]]"}),
+             "two lengths [x, y]");
+  CHECK_SAYS(workshop.refusal(kScene, {"viewer.eye_relief='20 mm'"}), "given with eyepiece");
 }
 
 TEST_CASE("damaged scenes load or are refused in one line") {

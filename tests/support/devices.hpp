@@ -25,17 +25,6 @@ inline std::vector<cl::Device> all_devices() {
   return opened;
 }
 
-/// The message of the DeviceError that `action` throws.
-template <class Action>
-std::string device_error_of(Action action) {
-  try {
-    action();
-  } catch (const cl::DeviceError& error) {
-    return error.what();
-  }
-  return "no DeviceError";
-}
-
 /// Calls `use` with the device as one that takes packets of each width.
 template <class Use>
 void for_all_lanes(const cl::Device& device, Use use) {

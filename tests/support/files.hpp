@@ -66,6 +66,21 @@ std::string input_error_of(Action action) {
   return "";
 }
 
+namespace raywave::test {
+
+/// The message of the DeviceError that `action` throws.
+template <class Action>
+std::string device_error_of(Action action) {
+  try {
+    action();
+  } catch (const DeviceError& error) {
+    return error.what();
+  }
+  return "no DeviceError";
+}
+
+}  // namespace raywave::test
+
 /// "" when a message contains all these texts, else the message and the first that it lacks.
 inline std::string unsaid(const std::string& message, std::initializer_list<std::string> texts) {
   for (const auto& text : texts) {

@@ -76,6 +76,15 @@ public:
     return start_words(std::move(words), environment);
   }
 
+  /// The outcome of a run with these words and more, which must succeed.
+  Outcome succeed(std::vector<std::string> words, const std::vector<std::string>& more = {}) const {
+    words.insert(words.end(), more.begin(), more.end());
+    auto outcome = run(words);
+    INFO(outcome.err);
+    REQUIRE(outcome.code == 0);
+    return outcome;
+  }
+
   Outcome render(std::vector<std::string> more = {}) const {
     more.insert(more.begin(), {"render", file("scene.toml"), "-o", file("out")});
     return run(more);

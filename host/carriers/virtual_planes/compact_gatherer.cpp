@@ -3,12 +3,10 @@
 
 #include <algorithm>
 #include <cmath>
-#include <glm/common.hpp>
 #include <limits>
 #include <numbers>
 
 #include "host/carriers/virtual_planes/planning/planes.hpp"
-#include "host/common/error.hpp"
 #include "host/trace/gather_options.hpp"
 #include "host/trace/work_shape.hpp"
 #include "kernels/gather/compact_layout.h"
@@ -110,10 +108,6 @@ device::CompactPlane CompactGatherer::plane_of(const Wrp& wrp) const {
   std::tie(plane.turns_hi, plane.turns_lo) = split(1 / plan_.hologram.wavelength_m);
   std::tie(plane.frequency_x, plane.frequency_x_low) = split(1 / period.x);
   std::tie(plane.frequency_y, plane.frequency_y_low) = split(1 / period.y);
-  const auto put = [](glm::dvec2 value, float& x, float& y) {
-    x = static_cast<float>(value.x);
-    y = static_cast<float>(value.y);
-  };
   put(plan_.hologram.pitch_m, plane.pitch_x, plane.pitch_y);
   put(half, plane.half_x, plane.half_y);
   put(period, plane.period_x, plane.period_y);
@@ -289,10 +283,7 @@ PlanePart CompactGatherer::gather(const Wrp& wrp, cl::ComplexBuffer& field, bool
   const int most_nodes = COMPACT_NODES_FOR(bins_.longest);
   make_twiddles(most_nodes);
   make_weights(wrp, plane, most_nodes);
-  if (profiles_.size() < floats) {
-    profiles_ = {};
-    profiles_ = {device_, floats + floats / 8, "profiles of samples"};
-  }
+  make_room(device_, profiles_, floats, "profiles of samples");
 
   const auto& footprints = at_planes(footprints_, footprints_.size(), copies_.footprints);
   const auto& offsets = at_planes(bins_.offsets, bins_.offsets.size(), copies_.offsets);

@@ -5,6 +5,7 @@
 
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/propagate/propagation.hpp"
 
 namespace raywave {
 namespace {
@@ -13,7 +14,6 @@ namespace {
 constexpr double float_remainder_turns = 2;
 
 std::size_t size(int n) { return static_cast<std::size_t>(n); }
-std::size_t area(glm::ivec2 n) { return size(n.x) * size(n.y); }
 
 /// Pixels from the tile's origin (planning/planes.hpp); tables are read in whole packets.
 constexpr int packet = 16;
@@ -40,7 +40,7 @@ CompactPropagator::CompactPropagator(const cl::Device& device, const Plan& plan,
   } else {
     device_fft_ =
         cl::make_fft(device, backend, {size(size_.x), size(size_.y), size(size_.x), size(size_.y)});
-    plane_ = {device, area(size_), "virtual plane"};
+    plane_ = {device, area_of(size_), "virtual plane"};
   }
   const auto shares = [&](int axis) {
     const auto window = window_function(plan, axis);
@@ -123,11 +123,8 @@ void CompactPropagator::add(cl::ComplexBuffer& stack, int plane, const PlanePart
     program.emplace(device_, "kernels/propagate/compact.cl",
                     cl::Options{{option::lanes, std::to_string(device_.info().float_lanes)},
                                 {option::two_floats, two_floats_ ? "1" : "0"}});
-  const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
-  program->kernel("finish").run(
-      cpu ? cl::Range{1, size(tile_size_.y)} : cl::Range{size(tile_size_.x), size(tile_size_.y)},
-      cpu ? cl::Range{1, 1} : cl::Range{64, 1}, transformed.arguments(), tile_size_.x, tile_size_.y,
-      static_cast<std::int32_t>(!is_first), field);
+  run_rows(device_, program->kernel("finish"), tile_size_.x, tile_size_.y, transformed.arguments(),
+           tile_size_.x, tile_size_.y, static_cast<std::int32_t>(!is_first), field);
 }
 
 }  // namespace raywave

@@ -30,15 +30,6 @@ Target WrpCarrier::target_of(const Wrp& wrp) const {
   return {plan_->tile_of(wrp).centre_m - glm::dvec2(wrp.centre_m), wrp.centre_m.z};
 }
 
-void WrpCarrier::make_source(const DeviceScene& scene, const SampleTable* table, int frames) {
-  source_.emplace(device_, *plan_, scene, table, frames);
-}
-
-PlanePart WrpCarrier::fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool) {
-  source_->fill(wrp, stack);
-  return {};
-}
-
 void WrpCarrier::add(const Wrp& wrp, bool is_first, const FilledPlane& plane) {
   const StageClock clock(times_, "propagate");
   if (is_first && has_sum_) propagator_->collect(field_);  // of a picture that was stopped

@@ -10,24 +10,19 @@
 
 namespace raywave {
 
-class WrpCarrier final : public PlaneCarrier {
+class WrpCarrier final : public SourceCarrier {
 public:
-  using PlaneCarrier::PlaneCarrier;
+  using SourceCarrier::SourceCarrier;
 
   void fit(const Plan& plan) override;
   void add_notes(std::vector<std::string>& notes) const override;
 
 private:
-  void make_source(const DeviceScene& scene, const SampleTable* table, int frames) override;
-  void drop_source() override { source_.reset(); }
-  void start(std::uint32_t seed) override { source_->start(seed); }
-  PlanePart fill(const Wrp& wrp, cl::ComplexBuffer& stack, bool is_whole) override;
   void add(const Wrp& wrp, bool is_first, const FilledPlane& plane) override;
   TileField sum() override;
   /// The hologram's tile, as a WRP of it sees it.
   Target target_of(const Wrp& wrp) const;
 
-  std::optional<PlaneSource> source_;
   std::optional<Propagator> propagator_;
   bool has_sum_ = false;  // in the propagator
 };

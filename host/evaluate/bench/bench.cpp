@@ -10,7 +10,6 @@
 #include <numeric>
 
 #include "host/carriers/planning/facts.hpp"
-#include "host/common/error.hpp"
 #include "host/evaluate/stopwatch.hpp"
 #include "host/forecast/cost.hpp"
 #include "host/forecast/judged_pictures.hpp"
@@ -136,14 +135,10 @@ std::string lens_key(const std::vector<Scene>& scenes, glm::ivec2 grid, double z
   return key;
 }
 
-/// A stage's seconds of one kind in all frames; 0 in frames without it.
-Spread spread_over_frames(const BenchRow& row, std::map<std::string, double> BenchFrame::*seconds,
-                          const std::string& stage) {
+/// Of what `seconds` says of each frame.
+Spread spread_over(const std::vector<BenchFrame>& frames, const auto& seconds) {
   std::vector<double> values;
-  for (const auto& f : row.frames) {
-    const auto found = (f.*seconds).find(stage);
-    values.push_back(found == (f.*seconds).end() ? 0 : found->second);
-  }
+  for (const auto& f : frames) values.push_back(seconds(f));
   return spread_of(std::move(values));
 }
 
@@ -161,26 +156,60 @@ double least_seconds(const cl::Device& device, int turns, F&& work) {
   return least;
 }
 
+/// Takes half a second or less. `quick` is for tests: smaller buffers, less accurate rates.
+DeviceLimits device_limits(const cl::Device& device, bool quick) {
+  const int turns = quick ? 2 : 8;
+  DeviceLimits rates;
+  const auto bytes =
+      std::min<std::uint64_t>(quick ? 16 << 20 : 256 << 20, device.info().largest_buffer_bytes / 4);
+  {
+    cl::Buffer<std::uint8_t> from(device, bytes, "copy bandwidth"),
+        to(device, bytes, "copy bandwidth");
+    from.fill_zero();
+    to.fill_zero();
+    rates.bytes_per_s = 2.0 * static_cast<double>(bytes) /
+                        least_seconds(device, turns, [&] { to.copy_from(from, 0); });
+  }
+
+  const int lanes = lanes_for(device.info());
+  const cl::Program program(device, "kernels/instruments/device_limits.cl",
+                            {{option::lanes, std::to_string(lanes)}});
+  auto multiply_add = program.kernel("multiply_add");
+  // GPUs need many work-items; on CPUs, where a work-item holds several lanes, a few per core are
+  // enough.
+  const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units
+                                       : std::size_t{16} * device.info().compute_units;
+  cl::Buffer<float> sums(device, items * static_cast<std::size_t>(lanes), "sums");
+  const auto run = [&](int rounds) {
+    multiply_add.run({items}, {lanes == 1 ? std::size_t{64} : std::size_t{1}}, sums, rounds,
+                     static_cast<std::int32_t>(items));
+  };
+  // The number of rounds is doubled until a launch takes 10 ms (1 ms when quick).
+  int rounds = 1 << 10;
+  while (rounds < 1 << 20 && least_seconds(device, 2, [&] { run(rounds); }) < (quick ? 1e-3 : 1e-2))
+    rounds *= 2;
+  const double operations = 16.0 * rounds * lanes * static_cast<double>(items);
+  rates.operations_per_s = operations / least_seconds(device, turns, [&] { run(rounds); });
+  return rates;
+}
+
 }  // namespace
 
 Spread BenchRow::wall_s() const {
-  std::vector<double> values;
-  for (const auto& f : frames) values.push_back(f.wall_s);
-  return spread_of(std::move(values));
+  return spread_over(frames, [](const BenchFrame& f) { return f.wall_s; });
 }
 
 Spread BenchRow::processor_s() const {
-  std::vector<double> values;
-  for (const auto& f : frames) values.push_back(f.processor_s);
-  return spread_of(std::move(values));
+  return spread_over(frames, [](const BenchFrame& f) { return f.processor_s; });
 }
 
 Spread BenchRow::stage_s(const std::string& stage) const {
-  return spread_over_frames(*this, &BenchFrame::stages_s, stage);
+  return spread_over(frames, [&](const BenchFrame& f) { return seconds_of(f.stages_s, stage); });
 }
 
 Spread BenchRow::stage_processor_s(const std::string& stage) const {
-  return spread_over_frames(*this, &BenchFrame::stages_processor_s, stage);
+  return spread_over(frames,
+                     [&](const BenchFrame& f) { return seconds_of(f.stages_processor_s, stage); });
 }
 
 double BenchRow::part_s(const std::string& stage) const {
@@ -188,8 +217,7 @@ double BenchRow::part_s(const std::string& stage) const {
   double part = 0, whole = 0;
   for (const auto& f : frames) {
     if (f.wall_s < all.low || f.wall_s > all.high) continue;
-    const auto found = f.stages_s.find(stage);
-    part += found == f.stages_s.end() ? 0 : found->second;
+    part += seconds_of(f.stages_s, stage);
     whole += f.wall_s;
   }
   if (whole > 0) return all.median * part / whole;
@@ -303,42 +331,6 @@ BenchQuality Bench::quality_of(const std::vector<Scene>& scenes, const World& wo
   const auto& figures = result.rows.at(0).figures.luminance;
   return {figures.psnr_db, figures.ssim, spec.depths_m[0],
           result.blur_px * scenes[0].hologram.pitch_m.x};
-}
-
-DeviceLimits device_limits(const cl::Device& device, bool quick) {
-  const int turns = quick ? 2 : 8;
-  DeviceLimits rates;
-  const auto bytes =
-      std::min<std::uint64_t>(quick ? 16 << 20 : 256 << 20, device.info().largest_buffer_bytes / 4);
-  {
-    cl::Buffer<std::uint8_t> from(device, bytes, "copy bandwidth"),
-        to(device, bytes, "copy bandwidth");
-    from.fill_zero();
-    to.fill_zero();
-    rates.bytes_per_s = 2.0 * static_cast<double>(bytes) /
-                        least_seconds(device, turns, [&] { to.copy_from(from, 0); });
-  }
-
-  const int lanes = lanes_for(device.info());
-  const cl::Program program(device, "kernels/instruments/device_limits.cl",
-                            {{option::lanes, std::to_string(lanes)}});
-  auto multiply_add = program.kernel("multiply_add");
-  // GPUs need many work-items; on CPUs, where a work-item holds several lanes, a few per core are
-  // enough.
-  const std::size_t items = lanes == 1 ? std::size_t{2048} * device.info().compute_units
-                                       : std::size_t{16} * device.info().compute_units;
-  cl::Buffer<float> sums(device, items * static_cast<std::size_t>(lanes), "sums");
-  const auto run = [&](int rounds) {
-    multiply_add.run({items}, {lanes == 1 ? std::size_t{64} : std::size_t{1}}, sums, rounds,
-                     static_cast<std::int32_t>(items));
-  };
-  // The number of rounds is doubled until a launch takes 10 ms (1 ms when quick).
-  int rounds = 1 << 10;
-  while (rounds < 1 << 20 && least_seconds(device, 2, [&] { run(rounds); }) < (quick ? 1e-3 : 1e-2))
-    rounds *= 2;
-  const double operations = 16.0 * rounds * lanes * static_cast<double>(items);
-  rates.operations_per_s = operations / least_seconds(device, turns, [&] { run(rounds); });
-  return rates;
 }
 
 }  // namespace raywave

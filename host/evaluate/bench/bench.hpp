@@ -34,9 +34,6 @@ struct DeviceLimits {
   double bytes_per_s = 0, operations_per_s = 0;
 };
 
-/// Takes half a second or less. `quick` is for tests: smaller buffers, less accurate rates.
-DeviceLimits device_limits(const cl::Device& device, bool quick = false);
-
 /// The work of a stage in a frame, where the host can count it; 0 where it cannot.
 struct StageWork {
   double operations = 0;  // floating-point: 5 n log2 n for each transform of n samples that is done

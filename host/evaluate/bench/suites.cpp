@@ -168,11 +168,6 @@ BenchSuite paper_suite(const std::filesystem::path& data) {
   return suite;
 }
 
-/// A sphere of diameter 1 with about this number of triangles.
-Mesh sphere(int triangles) {
-  return unit_sphere(std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0)))));
-}
-
 /// The cost of a frame for growing scenes, sample numbers and holograms.
 BenchSuite scaling_suite(const std::filesystem::path& data) {
   BenchSuite suite{"scaling", {}, {}, {}};
@@ -188,7 +183,8 @@ BenchSuite scaling_suite(const std::filesystem::path& data) {
   for (const int triangles : {1000, 4000, 16000, 64000, 256000, 1000000}) {
     add("triangles", "sphere of " + std::to_string(triangles) + " triangles", [&](BenchCase& c) {
       c.scenes[0].objects[0].mesh = c.name;
-      const Mesh mesh = sphere(triangles);
+      const int rings = std::max(2, static_cast<int>(std::lround(std::sqrt(triangles / 4.0))));
+      const Mesh mesh = unit_sphere(rings);
       c.meshes = std::make_shared<const Meshes>(Meshes{{mesh}, {is_closed(mesh)}, {0}});
     });
   }

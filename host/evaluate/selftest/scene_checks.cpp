@@ -70,7 +70,7 @@ Finding seen(const cl::Device& device) {
   const auto exact =
       reference::seen_by_lens(stage.scene, stage.world, plan,
                               {spec.z_m, {picture.width, picture.height}, *spec.pixel_m, 2});
-  const double brightest = *std::max_element(exact.radiance.begin(), exact.radiance.end());
+  const double brightest = *std::ranges::max_element(exact.radiance);
   Finding finding;
   for (std::size_t i = 0; i < exact.radiance.size(); ++i)
     if (!exact.unsure[i])

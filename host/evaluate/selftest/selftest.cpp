@@ -2,13 +2,13 @@
 #include "host/evaluate/selftest/selftest.hpp"
 
 #include <algorithm>
-#include <chrono>
 #include <cmath>
 #include <nlohmann/json.hpp>
 #include <utility>
 
 #include "host/common/text.hpp"
 #include "host/evaluate/report.hpp"
+#include "host/evaluate/stopwatch.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -31,7 +31,7 @@ std::vector<SelfCheck> self_checks(const cl::DeviceInfo& device, SelfTestSize si
 
 SelfTestRow run(const SelfCheck& check, const cl::Device& device) {
   SelfTestRow row{check.part, check.claim, check.quantity, check.bound, NAN, false, 0, ""};
-  const auto start = std::chrono::steady_clock::now();
+  const Stopwatch watch;
   try {
     auto finding = check.measure(device);
     row.measured = finding.measured;
@@ -40,12 +40,12 @@ SelfTestRow run(const SelfCheck& check, const cl::Device& device) {
   } catch (const std::exception& error) {
     row.note = error.what();
   }
-  row.seconds = std::chrono::duration<double>(std::chrono::steady_clock::now() - start).count();
+  row.seconds = watch.wall_s();
   return row;
 }
 
 bool all_passed(const std::vector<SelfTestRow>& rows) {
-  return std::all_of(rows.begin(), rows.end(), [](const auto& row) { return row.passed; });
+  return std::ranges::all_of(rows, [](const auto& row) { return row.passed; });
 }
 
 std::string self_test_header(const cl::DeviceInfo& device, SelfTestSize size) {

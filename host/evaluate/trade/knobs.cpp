@@ -2,7 +2,6 @@
 #include "host/evaluate/trade/knobs.hpp"
 
 #include <algorithm>
-#include <array>
 #include <limits>
 
 #include "host/carriers/planning/facts.hpp"
@@ -10,7 +9,6 @@
 #include "host/common/text.hpp"
 #include "host/forecast/tuning.hpp"
 #include "host/plan/key_places.hpp"
-#include "host/plan/precision.hpp"
 
 namespace raywave {
 namespace {
@@ -36,8 +34,7 @@ public:
   explicit Rows(std::vector<TradeRow>& rows) : rows_(rows) {}
 
   std::size_t add(const TradeKnobs& knobs, bool thorough) {
-    const auto found = std::find_if(rows_.begin(), rows_.end(),
-                                    [&](const TradeRow& r) { return r.knobs == knobs; });
+    const auto found = std::ranges::find(rows_, knobs, &TradeRow::knobs);
     if (found != rows_.end()) return static_cast<std::size_t>(found - rows_.begin());
     rows_.emplace_back();
     rows_.back().knobs = knobs;
@@ -51,8 +48,7 @@ private:
 
 /// The Pareto frontier of predicted time and PSNR, fastest choice first.
 std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  std::ranges::stable_sort(all, {}, &Choice::seconds);
   std::vector<Choice> best;
   for (const auto& c : all) {
     if (best.empty() || c.psnr_db > best.back().psnr_db) best.push_back(c);
@@ -66,12 +62,10 @@ std::vector<Choice> predicted_frontier(std::vector<Choice> all) {
 /// about_s  choices with a much longer predicted time are left out
 std::vector<Choice> near_frontier(std::vector<Choice> all, double about_s) {
   constexpr double margin = 1.3;
-  std::stable_sort(all.begin(), all.end(),
-                   [](const Choice& a, const Choice& b) { return a.seconds < b.seconds; });
+  std::ranges::stable_sort(all, {}, &Choice::seconds);
   const auto best = predicted_frontier(all);
   std::erase_if(all, [&](const Choice& c) {
-    return c.seconds > margin * about_s ||
-           std::any_of(best.begin(), best.end(), [&](const Choice& b) {
+    return c.seconds > margin * about_s || std::ranges::any_of(best, [&](const Choice& b) {
              return b.psnr_db >= c.psnr_db && b.seconds * margin < c.seconds;
            });
   });
@@ -93,7 +87,7 @@ std::vector<Finish> finishes_of(const Scene& scene, const TradeKnobs& base, cons
   for (auto finish : finishes) {
     if (scene.given.contains("sampling.antialias")) finish.antialias = base.antialias;
     if (scene.given.contains("sampling.visibility")) finish.visibility = base.visibility;
-    if (std::find(some.begin(), some.end(), finish) == some.end()) some.push_back(finish);
+    if (std::ranges::find(some, finish) == some.end()) some.push_back(finish);
   }
   return some;
 }
@@ -110,8 +104,7 @@ void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<d
   const auto vary = [&](const char* key, const std::vector<Json>& values,
                         std::size_t quick_values) {
     const auto& all = trade_knobs();
-    const auto knob =
-        std::find_if(all.begin(), all.end(), [&](const TradeKnob& k) { return k.key == key; });
+    const auto knob = std::ranges::find(all, std::string(key), &TradeKnob::key);
     if (trade.scenes[0].given.contains(key)) return;
     for (const auto& value : spec.quick ? thinned(values, quick_values) : values) {
       auto knobs = base;
@@ -141,12 +134,10 @@ void add_steps(Trade& trade, const World& world, Rows& rows, const std::vector<d
     vary("wrp.margin", {0.0, 2.0, 4.0, 8.0}, 2);
   }
   const auto& scene = trade.scenes[0];
-  const auto is_any = [](const auto& all, auto of) {
-    return std::any_of(all.begin(), all.end(), of);
-  };
-  if (is_any(scene.lights, [](const Light& light) { return light.samples > 1; }))
+  if (std::ranges::any_of(scene.lights, [](const Light& light) { return light.samples > 1; }))
     vary("light.samples", {0.25, 0.5, 2.0}, 2);
-  if (is_any(world.materials, [](const Material& material) { return material.is_specular(); }))
+  if (std::ranges::any_of(world.materials,
+                          [](const Material& material) { return material.is_specular(); }))
     vary("trace.bounces", {"points", "paths"}, 2);
   vary("accuracy.precision", {"float"}, 2);
   if (trade.device.fp64) vary("accuracy.precision", {"double"}, 1);
@@ -287,16 +278,10 @@ void plan_rows(Trade& trade, const World& world, const TradeSpec& spec) {
   // Rows that differ from the base in one knob
   if (spec.presets) return;
   // Choices of the longest wavelength are made for all, as by plan_scenes.
-  const auto all =
-      choices(*std::max_element(trade.scenes.begin(), trade.scenes.end(),
-                                [](const Scene& a, const Scene& b) {
-                                  return a.hologram.wavelength_m < b.hologram.wavelength_m;
-                                }),
-              world, figures);
+  const auto all = choices(trade.scenes[planned_laser(trade.scenes)], world, figures);
   std::vector<double> pitches_m;
   for (const auto& c : all) {
-    if (std::find(pitches_m.begin(), pitches_m.end(), c.pitch_m) == pitches_m.end())
-      pitches_m.push_back(c.pitch_m);
+    if (std::ranges::find(pitches_m, c.pitch_m) == pitches_m.end()) pitches_m.push_back(c.pitch_m);
   }
   add_steps(trade, world, rows, pitches_m, spec);
 

@@ -7,7 +7,6 @@
 
 #include "host/common/text.hpp"
 #include "host/evaluate/trade/knobs.hpp"
-#include "host/plan/precision.hpp"
 #include "raywave_version.hpp"
 
 namespace raywave {
@@ -28,7 +27,7 @@ std::vector<std::string> roles_of(const Trade& trade, std::size_t row,
     if (step.row == row) roles.push_back(step.knob + " = " + step.value);
   }
   const auto is_in = [&](const std::vector<std::size_t>& rows) {
-    return std::find(rows.begin(), rows.end(), row) != rows.end();
+    return std::ranges::find(rows, row) != rows.end();
   };
   if (is_in(trade.together)) roles.emplace_back("together");
   if (is_in(frontier)) roles.emplace_back("frontier");
@@ -67,15 +66,16 @@ Json json_of(const TradeRow& row) {
   Json json{{"knobs", json_of(row.knobs)}, {"thorough", row.thorough}, {"renders", row.renders}};
   if (!row.note.empty()) json["note"] = row.note;
   if (row.renders == 0) return json;
-  json.update(
-      {{"time_s", row.time_s},
-       {"psnr_db", row.psnr_db()},
-       {"ssim", row.ssim()},
-       {"flip", row.flip()},
-       {"speckle_contrast", {{"lens", row.contrast_lens()}, {"hologram", row.contrast_hologram()}}},
-       {"samples", row.samples},
-       {"device_bytes", row.device_bytes},
-       {"predicted", row.predicted}});
+  json.update({{"time_s", row.time_s},
+               {"psnr_db", row.psnr_db()},
+               {"ssim", row.mean(&TradePicture::ssim)},
+               {"flip", row.mean(&TradePicture::flip)},
+               {"speckle_contrast",
+                {{"lens", row.mean(&TradePicture::contrast_lens)},
+                 {"hologram", row.mean(&TradePicture::contrast_hologram)}}},
+               {"samples", row.samples},
+               {"device_bytes", row.device_bytes},
+               {"predicted", row.predicted}});
   for (const auto& [stage, time] : row.stages)
     json["stages"][stage] = {{"wall_s", time.wall_s}, {"processor_s", time.processor_s}};
   for (const auto& p : row.pictures) {
@@ -203,11 +203,11 @@ std::string trade_csv(const Trade& trade) {
       add_if(measured, time.processor_s);
     }
     add_if(measured, row.psnr_db());
-    add_if(measured, row.ssim());
-    add_if(measured, row.flip());
+    add_if(measured, row.mean(&TradePicture::ssim));
+    add_if(measured, row.mean(&TradePicture::flip));
     add_if(measured && row.psnr_db(true) != 0, row.psnr_db(true));
-    add_if(measured, row.contrast_lens());
-    add_if(measured, row.contrast_hologram());
+    add_if(measured, row.mean(&TradePicture::contrast_lens));
+    add_if(measured, row.mean(&TradePicture::contrast_hologram));
     add_if(row.correlation.has_value(), row.correlation.value_or(0));
     add_if(row.field_error.has_value(), row.field_error.value_or(0));
     csv += "," + (measured ? std::to_string(row.samples) : "");
@@ -230,7 +230,7 @@ std::string trade_text(const Trade& trade) {
                      row.note.c_str());
     } else {
       text += format("%-10s  %8s ms  %6.2f dB  %6.4f  %s\n", name.c_str(),
-                     milliseconds(row.time_s).c_str(), row.psnr_db(), row.ssim(),
+                     milliseconds(row.time_s).c_str(), row.psnr_db(), row.mean(&TradePicture::ssim),
                      trade_label(row.knobs, base.knobs).c_str());
     }
   };

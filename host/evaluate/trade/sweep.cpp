@@ -1,7 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <algorithm>
 #include <fstream>
-#include <glm/common.hpp>
 #include <iterator>
 #include <nlohmann/json.hpp>
 
@@ -65,7 +64,24 @@ std::string digits_of(const Trade& trade, const World& world) {
   return hash_name(all);
 }
 
-double mean(const std::vector<TradePicture>& pictures, bool sides, double TradePicture::*figure) {
+/// Seconds of samples, trace, propagate, refine and encode together: the stages that knobs change
+/// and plans predict. On CPUs, processor seconds divided by the compute units, so that other
+/// programs hardly count; on other devices, wall-clock seconds.
+double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
+  double sum = 0;
+  for (const char* stage : {"samples", "trace", "propagate", "refine", "encode"}) {
+    const auto found = row.stages.find(stage);
+    if (found == row.stages.end()) continue;
+    sum += device.kind == cl::DeviceKind::cpu
+               ? found->second.processor_s / std::max(1u, device.compute_units)
+               : found->second.wall_s;
+  }
+  return sum;
+}
+
+}  // namespace
+
+double TradeRow::mean(double TradePicture::*figure, bool sides) const {
   double sum = 0;
   int count = 0;
   for (const auto& p : pictures) {
@@ -74,18 +90,6 @@ double mean(const std::vector<TradePicture>& pictures, bool sides, double TradeP
     ++count;
   }
   return count > 0 ? sum / count : 0;
-}
-
-}  // namespace
-
-double TradeRow::psnr_db(bool sides) const { return mean(pictures, sides, &TradePicture::psnr_db); }
-double TradeRow::ssim() const { return mean(pictures, false, &TradePicture::ssim); }
-double TradeRow::flip() const { return mean(pictures, false, &TradePicture::flip); }
-double TradeRow::contrast_hologram() const {
-  return mean(pictures, false, &TradePicture::contrast_hologram);
-}
-double TradeRow::contrast_lens() const {
-  return mean(pictures, false, &TradePicture::contrast_lens);
 }
 
 double TradeRow::predicted_s() const {
@@ -98,18 +102,6 @@ double TradeRow::predicted_psnr_db() const {
   for (const auto& laser : predicted)
     sum += laser.value(Json::json_pointer("/pictures/mean_psnr_db"), 0.0);
   return predicted.empty() ? 0 : sum / static_cast<double>(predicted.size());
-}
-
-double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device) {
-  double sum = 0;
-  for (const char* stage : {"samples", "trace", "propagate", "refine", "encode"}) {
-    const auto found = row.stages.find(stage);
-    if (found == row.stages.end()) continue;
-    sum += device.kind == cl::DeviceKind::cpu
-               ? found->second.processor_s / std::max(1u, device.compute_units)
-               : found->second.wall_s;
-  }
-  return sum;
 }
 
 TradeBench::TradeBench(const cl::Device& device, std::vector<Scene> scenes, const TradeSpec& spec)
@@ -154,8 +146,7 @@ std::optional<int> TradeBench::resume(const std::string& text) {
   int count = 0;
   for (auto& row : known) {
     if (row.renders == 0) continue;  // failed rows are tried again
-    const auto mine = std::find_if(trade_.rows.begin(), trade_.rows.end(),
-                                   [&](const TradeRow& r) { return r.knobs == row.knobs; });
+    const auto mine = std::ranges::find(trade_.rows, row.knobs, &TradeRow::knobs);
     if (mine == trade_.rows.end()) {
       trade_.rows.push_back(std::move(row));
     } else if (row.thorough || !mine->thorough) {
@@ -173,8 +164,7 @@ void TradeBench::measure(const std::function<void()>& after_some, const Progress
   for (std::size_t first = 0; first < rows.size(); ++first) {
     if (rows[first].is_done()) continue;
     if (progress) {
-      const auto done =
-          std::count_if(rows.begin(), rows.end(), [](const TradeRow& r) { return r.is_done(); });
+      const auto done = std::ranges::count_if(rows, &TradeRow::is_done);
       progress(std::to_string(done) + " of " + std::to_string(rows.size()) + ": " +
                    trade_label(rows[first].knobs, rows[trade_.base].knobs),
                static_cast<double>(done) / static_cast<double>(rows.size()));
@@ -205,9 +195,7 @@ std::vector<std::size_t> TradeBench::same_but_frames(std::size_t first) const {
         knobs == trade_.rows[first].knobs)
       some.push_back(i);
   }
-  std::sort(some.begin(), some.end(), [&](auto a, auto b) {
-    return trade_.rows[a].knobs.frames < trade_.rows[b].knobs.frames;
-  });
+  std::ranges::sort(some, {}, [&](auto i) { return trade_.rows[i].knobs.frames; });
   return some;
 }
 
@@ -321,7 +309,7 @@ std::vector<std::size_t> trade_frontier(const std::vector<TradeRow>& rows) {
   for (std::size_t i = 0; i < rows.size(); ++i) {
     if (rows[i].renders > 0) order.push_back(i);
   }
-  std::stable_sort(order.begin(), order.end(), [&](auto a, auto b) {
+  std::ranges::stable_sort(order, [&](auto a, auto b) {
     return rows[a].time_s < rows[b].time_s ||
            (rows[a].time_s == rows[b].time_s && rows[a].psnr_db() > rows[b].psnr_db());
   });

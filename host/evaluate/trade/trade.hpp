@@ -66,7 +66,7 @@ struct TradeRow {
   bool thorough = false;
   int renders = 0;                          // timed; 0: not yet measured, or impossible
   std::map<std::string, TradeTime> stages;  // of a further picture of a moving scene
-  // By which configurations are compared: see trade_time_s
+  // By which configurations are compared: that of the stages that knobs change, together
   double time_s = 0;
   std::vector<TradePicture> pictures;  // whole views by depth, then sides
   // Of the first frame's field, complex and relative L2, with the sum of all points
@@ -80,20 +80,12 @@ struct TradeRow {
   bool is_done() const { return renders > 0 || !note.empty(); }
   /// Means over the depths seen through the whole hologram, or (`sides`) over the views through its
   /// parts; 0 where there are none.
-  double psnr_db(bool sides = false) const;
-  double ssim() const;
-  double flip() const;
-  double contrast_hologram() const;
-  double contrast_lens() const;
+  double mean(double TradePicture::*figure, bool sides = false) const;
+  double psnr_db(bool sides = false) const { return mean(&TradePicture::psnr_db, sides); }
   /// Of all lasers together, and the mean of what each one's picture has.
   double predicted_s() const;
   double predicted_psnr_db() const;
 };
-
-/// Seconds of samples, trace, propagate, refine and encode together: the stages that knobs change
-/// and plans predict. On CPUs, processor seconds divided by the compute units, so that other
-/// programs hardly count; on other devices, wall-clock seconds.
-double trade_time_s(const TradeRow& row, const cl::DeviceInfo& device);
 
 struct TradePreset {
   Preset preset = Preset::balanced;

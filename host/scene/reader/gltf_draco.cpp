@@ -2,6 +2,8 @@
 #include <draco/compression/decode.h>
 
 #include <algorithm>
+#include <array>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/scene/reader/gltf_file.hpp"
@@ -11,22 +13,16 @@ namespace {
 
 /// glTF's componentType; 0: it has none.
 std::uint64_t type_of(draco::DataType type) {
-  switch (type) {
-    case draco::DT_INT8:
-      return 5120;
-    case draco::DT_UINT8:
-      return 5121;
-    case draco::DT_INT16:
-      return 5122;
-    case draco::DT_UINT16:
-      return 5123;
-    case draco::DT_UINT32:
-      return 5125;
-    case draco::DT_FLOAT32:
-      return 5126;
-    default:
-      return 0;
-  }
+  constexpr std::array<std::pair<draco::DataType, std::uint64_t>, 6> known{
+      {{draco::DT_INT8, 5120},
+       {draco::DT_UINT8, 5121},
+       {draco::DT_INT16, 5122},
+       {draco::DT_UINT16, 5123},
+       {draco::DT_UINT32, 5125},
+       {draco::DT_FLOAT32, 5126}}};
+  for (const auto& [of_draco, of_gltf] : known)
+    if (type == of_draco) return of_gltf;
+  return 0;
 }
 
 }  // namespace

@@ -6,8 +6,8 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstring>
 #include <fstream>
+#include <glm/common.hpp>
 #include <limits>
 #include <set>
 #include <type_traits>
@@ -72,9 +72,7 @@ json parsed(std::string_view text) {
 
 template <class T>
 double value_at(const char* at, bool is_share) {
-  T value;
-  std::memcpy(&value, at, sizeof value);
-  const double number = value;
+  const double number = number_at<T>(at);
   return is_share && std::is_integral_v<T>
              ? std::max(-1.0, number / static_cast<double>(std::numeric_limits<T>::max()))
              : number;
@@ -112,6 +110,10 @@ double number_or(const json& value, double otherwise) {
   return is_there(value, value.is_number(), "a number") ? value.get<double>() : otherwise;
 }
 
+double number_or(const json& value, double otherwise, double low, double high) {
+  return std::clamp(number_or(value, otherwise), low, high);
+}
+
 std::uint64_t count_or(const json& value, std::uint64_t otherwise) {
   const double number = value.is_number_float() ? value.get<double>() : -1;  // 1.0 is whole, too
   const bool is_whole =
@@ -139,7 +141,7 @@ Vector numbers_or(const json& array, const Vector& otherwise) {
     return otherwise;
   Vector v;
   for (int i = 0; i < Vector::length(); ++i)
-    v[i] = std::clamp(number_or(array[static_cast<std::size_t>(i)], 0), -1e15, 1e15);
+    v[i] = number_or(array[static_cast<std::size_t>(i)], 0, -1e15, 1e15);
   return v;
 }
 
@@ -147,6 +149,10 @@ Vector numbers_or(const json& array, const Vector& otherwise) {
 
 glm::dvec3 vector_or(const json& value, glm::dvec3 otherwise) {
   return numbers_or(value, otherwise);
+}
+
+glm::dvec3 colour_or(const json& value, glm::dvec3 otherwise) {
+  return glm::clamp(vector_or(value, otherwise), 0.0, 1e15);
 }
 
 void add_note(std::vector<std::string>& notes, const std::string& note) {
@@ -194,9 +200,7 @@ std::unique_ptr<GltfFile> GltfFile::open(const fs::path& file) {
   const auto content = gltf->files_.back()->bytes();
   if (is_binary) {
     const auto word = [&](std::size_t at) {
-      std::uint32_t value = 0;
-      if (at + 4 <= content.size()) std::memcpy(&value, content.data() + at, 4);
-      return std::size_t{value};
+      return at + 4 <= content.size() ? std::size_t{number_at<std::uint32_t>(&content[at])} : 0;
     };
     if (word(4) == 1) return nullptr;
     constexpr std::size_t text = 0x4e4f534a, binary = 0x004e4942;
@@ -257,7 +261,7 @@ GltfNumbers GltfFile::numbers(const json& index, const std::string& kind, const 
   made.count = count_or(member(accessor, "count"), 0);
   if (text_or(member(accessor, "type"), "") != kind || made.count == 0)
     throw InputError(what + " are no list of " + kind);
-  if (made.count > most) throw InputError("more than " + std::to_string(most) + " " + what);
+  require_at_most(made.count, most, what);
   made.components = kind == "SCALAR" ? 1 : kind == "MAT4" ? 16 : kind[3] - '0';
   made.is_share = !whole || member(accessor, "normalized") == json(true);
   if (!made.set_type(count_or(member(accessor, "componentType"), 0)) ||
@@ -396,8 +400,7 @@ GltfNode gltf_place_of(const json& node) {
   if (matrix.is_array() && matrix.size() == 16) {
     place.has_matrix = 1;
     for (int i = 0; i < 16; ++i)
-      place.matrix[i / 4][i % 4] =
-          std::clamp(number_or(matrix[static_cast<std::size_t>(i)], 0), -1e15, 1e15);
+      place.matrix[i / 4][i % 4] = number_or(matrix[static_cast<std::size_t>(i)], 0, -1e15, 1e15);
     return place;
   }
   place.translation = vector_or(member(node, "translation"), glm::dvec3(0));

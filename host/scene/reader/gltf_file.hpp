@@ -34,8 +34,12 @@ std::uint64_t count_or(const nlohmann::json& value, std::uint64_t otherwise);
 std::string text_or(const nlohmann::json& value, const std::string& otherwise);
 /// A name as replies may hold it.
 std::string name_or(const nlohmann::json& value, const std::string& otherwise);
+/// The same between two others.
+double number_or(const nlohmann::json& value, double otherwise, double low, double high);
 /// Three numbers of at most 1e15.
 glm::dvec3 vector_or(const nlohmann::json& value, glm::dvec3 otherwise);
+/// The same, >= 0.
+glm::dvec3 colour_or(const nlohmann::json& value, glm::dvec3 otherwise);
 
 /// Adds a note that is not there yet, up to the number that replies may hold.
 void add_note(std::vector<std::string>& notes, const std::string& note);
@@ -176,6 +180,7 @@ public:
 
   std::string what(const std::string& name) const { return mesh_ + ": " + name; }
   [[noreturn]] void fail(const std::string& why) const;
+  [[noreturn]] void refuse(const std::string& why) const { fail(what(why)); }
   void require_count(const std::string& name, std::uint64_t count) const;
 
 private:

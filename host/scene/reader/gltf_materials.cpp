@@ -7,6 +7,7 @@
 #include <glm/common.hpp>
 
 #include "host/common/error.hpp"
+#include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader_reply.hpp"
 
 namespace raywave {
@@ -31,12 +32,11 @@ public:
     else
       read_base(member(metal, "baseColorFactor"), member(metal, "baseColorTexture"),
                 "base colour map");
-    look.emission = glm::clamp(vector_or(member(from_, "emissiveFactor"), glm::dvec3(0)),
-                               glm::dvec3(0), glm::dvec3(1e15));
+    look.emission = colour_or(member(from_, "emissiveFactor"), glm::dvec3(0));
     look.emission_map = map(member(from_, "emissiveTexture"), "emission map");
     const auto& normal = member(from_, "normalTexture");
     look.normal_map = map(normal, "normal map");
-    look.normal_scale = std::clamp(number_or(member(normal, "scale"), 1), -1e6, 1e6);
+    look.normal_scale = number_or(member(normal, "scale"), 1, -1e6, 1e6);
     if (!gloss.is_object()) {
       look.metallic = share(member(metal, "metallicFactor"), 1);
       look.roughness = share(member(metal, "roughnessFactor"), 1);
@@ -48,7 +48,7 @@ public:
                                         : AlphaMode::opaque;
     if (mode != "OPAQUE" && look.alpha_mode == AlphaMode::opaque)
       note("alphaMode " + mode.substr(0, 40) + " is taken as OPAQUE");
-    look.alpha_cutoff = std::clamp(number_or(member(from_, "alphaCutoff"), 0.5), 0.0, 1e30);
+    look.alpha_cutoff = number_or(member(from_, "alphaCutoff"), 0.5, 0, 1e30);
     read_extensions();
     if (!member(from_, "occlusionTexture").is_null()) note("occlusion map is ignored");
     return std::move(material_);
@@ -60,14 +60,14 @@ private:
   void note(const std::string& what) { add_note(material_.notes, what); }
 
   static double share(const json& value, double otherwise) {
-    return std::clamp(number_or(value, otherwise), 0.0, 1.0);
+    return number_or(value, otherwise, 0, 1);
   }
 
   void read_base(const json& factor, const json& texture, const char* name) {
     auto& look = material_.look;
     std::array<double, 4> base{1, 1, 1, 1};
     for (std::size_t i = 0; factor.is_array() && i < std::min<std::size_t>(4, factor.size()); ++i)
-      base[i] = std::clamp(number_or(factor[i], 1), 0.0, i < 3 ? 1e30 : 1.0);
+      base[i] = number_or(factor[i], 1, 0, i < 3 ? 1e30 : 1);
     look.base = {base[0], base[1], base[2]};
     look.alpha = base[3];
     look.base_map = map(texture, name);
@@ -77,8 +77,7 @@ private:
     auto& look = material_.look;
     look.model = LookModel::specular_roughness;
     read_base(member(gloss, "diffuseFactor"), member(gloss, "diffuseTexture"), "diffuse map");
-    look.specular = glm::clamp(vector_or(member(gloss, "specularFactor"), glm::dvec3(1)),
-                               glm::dvec3(0), glm::dvec3(1e15));
+    look.specular = colour_or(member(gloss, "specularFactor"), glm::dvec3(1));
     look.roughness = 1 - share(member(gloss, "glossinessFactor"), 1);
     if (!member(gloss, "specularGlossinessTexture").is_null()) note("specular map is ignored");
   }
@@ -86,15 +85,12 @@ private:
   void read_extensions() {
     auto& look = material_.look;
     const auto& extensions = member(from_, "extensions");
-    look.ior = std::clamp(number_or(member(member(extensions, "KHR_materials_ior"), "ior"), 1.5),
-                          1.0, 100.0);
+    look.ior = number_or(member(member(extensions, "KHR_materials_ior"), "ior"), 1.5, 1, 100);
     const auto& transmission = member(extensions, "KHR_materials_transmission");
     look.transmission = share(member(transmission, "transmissionFactor"), 0);
     if (!member(transmission, "transmissionTexture").is_null()) note("transmission map is ignored");
-    const double strength = std::clamp(
-        number_or(member(member(extensions, "KHR_materials_emissive_strength"), "emissiveStrength"),
-                  1),
-        0.0, 1e6);
+    const auto& strong = member(extensions, "KHR_materials_emissive_strength");
+    const double strength = number_or(member(strong, "emissiveStrength"), 1, 0, 1e6);
     look.emission = glm::min(look.emission * strength, glm::dvec3(1e30));
     if (!member(extensions, "KHR_materials_unlit").is_null()) look.model = LookModel::unlit;
     if (!extensions.is_object()) return;
@@ -132,7 +128,8 @@ private:
 
   MeshMap map(const json& info, const std::string& name) {
     if (!info.is_object()) return {};
-    const auto& image = image_of(gltf_.of("textures", member(info, "index")), name);
+    const auto& texture = gltf_.of("textures", member(info, "index"));
+    const auto& image = image_of(texture, name);
     if (image.is_null()) return {};
     const auto& transform = extension(info, "KHR_texture_transform");
     const auto set = count_or(member(transform, "texCoord"), count_or(member(info, "texCoord"), 0));
@@ -145,8 +142,7 @@ private:
     map.picture = picture(image, name);
     if (map.picture < 0) return {};
     uvs_ = set;
-    const auto& sampler =
-        gltf_.of("samplers", member(gltf_.of("textures", member(info, "index")), "sampler"));
+    const auto& sampler = gltf_.of("samplers", member(texture, "sampler"));
     const auto wrap_of = [](const json& mode) {
       const auto number = count_or(mode, 10497);
       return number == 33071 ? Wrap::clamp : number == 33648 ? Wrap::mirror : Wrap::repeat;
@@ -232,19 +228,13 @@ const GltfMaterials::Worn& GltfMaterials::of(const json& primitive, bool has_col
   if (!is_new || (index.is_null() && !has_colours)) return worn;
   MeshMaterial made;
   if (index.is_null()) {
-    made.name = "colours of vertices";
-    made.look.vertex_colours = 1;
-    made.look.ambient = glm::dvec3(1);
-    made.look.two_sided = 1;
+    made = coloured_material("colours of vertices");
   } else {
     GltfLook look(*this, gltf_.of("materials", index));
     made = look.translated(has_colours);
     worn.uvs = look.uvs();
   }
-  if (mesh_.materials.size() >= most_materials_of_file)
-    throw InputError("more than " + std::to_string(most_materials_of_file) + " materials");
-  worn.material = static_cast<std::int32_t>(mesh_.materials.size());
-  mesh_.materials.push_back(std::move(made));
+  worn.material = add_material(mesh_, std::move(made));
   return worn;
 }
 

@@ -5,7 +5,6 @@
 #include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/matrix.hpp>
-#include <limits>
 #include <numeric>
 #include <string_view>
 
@@ -34,7 +33,7 @@ GltfPrimitive::GltfPrimitive(GltfFile& gltf, const json& node, const json& primi
       deforms_(deforms),
       draco_(draco),
       mesh_(name_of_mesh(gltf, node)) {
-  if (!has("POSITION")) fail(what("POSITION is missing"));
+  if (!has("POSITION")) refuse("POSITION is missing");
   positions_ = attribute("POSITION", "VEC3");
 }
 
@@ -46,8 +45,8 @@ void GltfPrimitive::fail(const std::string& why) const {
 
 void GltfPrimitive::require_count(const std::string& name, std::uint64_t count) const {
   if (positions_.count > 0 && count != positions_.count)
-    fail(what(name) + " is given for " + std::to_string(count) + " vertices, and POSITION for " +
-         std::to_string(positions_.count));
+    refuse(name + " is given for " + std::to_string(count) + " vertices, and POSITION for " +
+           std::to_string(positions_.count));
 }
 
 GltfNumbers GltfPrimitive::numbers(const json& accessor, const char* kind, const std::string& name,
@@ -69,8 +68,7 @@ GltfNumbers GltfPrimitive::attribute(const std::string& name, const char* kind, 
     made = found;
     made.first = bytes.data();
     made.is_share = !whole || member(gltf_.of("accessors", accessor), "normalized") == json(true);
-    if ("VEC" + std::to_string(made.components) != kind)
-      fail(what(name) + " are no list of " + kind);
+    if ("VEC" + std::to_string(made.components) != kind) refuse(name + " are no list of " + kind);
   } else {
     made = numbers(accessor, kind, name, whole);
   }
@@ -88,15 +86,15 @@ std::vector<std::uint32_t> GltfPrimitive::corners() const {
     std::iota(listed.begin(), listed.end(), 0);
   } else {
     const auto all = numbers(indices, "SCALAR", "indices");
-    if (all.type == GltfNumbers::floats) fail(what("indices are no whole numbers"));
+    if (all.type == GltfNumbers::floats) refuse("indices are no whole numbers");
     listed.reserve(all.count);
     for (std::uint64_t i = 0; i < all.count; ++i)
       listed.push_back(static_cast<std::uint32_t>(std::max(0.0, all.at(i, 0))));
   }
   for (std::size_t i = 0; i < listed.size(); ++i)
     if (listed[i] >= count())
-      fail(what("corner " + std::to_string(i) + " names vertex " + std::to_string(listed[i]) +
-                ", and there are " + std::to_string(count())));
+      refuse("corner " + std::to_string(i) + " names vertex " + std::to_string(listed[i]) +
+             ", and there are " + std::to_string(count()));
   const auto mode = count_or(member(json_, "mode"), 4);
   if (mode == 4 || draco_) {
     listed.resize(listed.size() / 3 * 3);
@@ -111,11 +109,6 @@ std::vector<std::uint32_t> GltfPrimitive::corners() const {
 }
 
 namespace {
-
-/// Turns normals also where a transform has no inverse.
-glm::dmat3 cofactor_of(const glm::dmat3& m) {
-  return {glm::cross(m[1], m[2]), glm::cross(m[2], m[0]), glm::cross(m[0], m[1])};
-}
 
 class MeshReader {
 public:
@@ -158,8 +151,8 @@ private:
       const GltfPrimitive from(gltf_, node, primitive, deforms, draco_of(primitive, node));
       const auto corners = from.corners();
       for (const auto& instance : instances) {
-        if (mesh_.triangles.size() + corners.size() / 3 > most_triangles_of_file)
-          throw InputError("more than " + std::to_string(most_triangles_of_file) + " triangles");
+        require_at_most(mesh_.triangles.size() + corners.size() / 3, most_triangles_of_file,
+                        "triangles");
         append(from, corners, node, wearer, instance, deforms);
       }
     }
@@ -264,9 +257,7 @@ private:
     const auto cofactor = cofactor_of(glm::dmat3(world_from_mesh));
     for (const auto vertex : order) {
       const glm::dvec3 p(world_from_mesh * glm::dvec4(positions.vector_at(vertex), 1));
-      constexpr double most = std::numeric_limits<float>::max();
-      if (!(std::abs(p.x) <= most && std::abs(p.y) <= most && std::abs(p.z) <= most))
-        from.fail(from.what("vertex " + std::to_string(vertex) + " is NaN or infinite"));
+      if (!is_position(p)) from.refuse("vertex " + std::to_string(vertex) + " is NaN or infinite");
       mesh_.positions.push_back(p);
     }
     if (from.has("NORMAL")) {
@@ -284,8 +275,8 @@ private:
     for (std::size_t i = 0; i < order.size(); ++i) {
       const auto [position, normal] = deformed_vertex(part, made.world_from_mesh, part.weights, i);
       if (!(glm::length(position) <= 1e30))
-        from.fail(from.what("vertex " + std::to_string(order[i]) +
-                            " is nowhere; look at the scales of its joints"));
+        from.refuse("vertex " + std::to_string(order[i]) +
+                    " is nowhere; look at the scales of its joints");
       mesh_.positions.push_back(position);
       mesh_.normals.push_back(normal);
     }

@@ -5,7 +5,6 @@
 #include <cmath>
 #include <cstddef>
 #include <cstdint>
-#include <glm/common.hpp>
 #include <glm/trigonometric.hpp>
 #include <map>
 #include <string>
@@ -43,21 +42,19 @@ void add_camera(const json& camera, const json& node, const glm::dmat4& pose, Gl
   const auto name = name_or(member(node, "name"), name_or(member(camera, "name"), ""));
   const auto& lens =
       member(camera, member(camera, "perspective").is_object() ? "perspective" : "orthographic");
-  set.cameras.push_back({name, pose, std::clamp(number_or(member(lens, "znear"), 0), 0.0, 1e15)});
+  set.cameras.push_back({name, pose, number_or(member(lens, "znear"), 0, 0, 1e15)});
 }
 
 void add_light(const json& light, const glm::dmat4& pose, GltfSet& set) {
-  if (set.lights.size() >= most_lights_of_file)
-    throw InputError("more than " + std::to_string(most_lights_of_file) + " lights");
+  require_at_most(set.lights.size() + 1, most_lights_of_file, "lights");
   GltfLight made;
   const auto type = text_or(member(light, "type"), "");
   made.type = type == "point"  ? GltfLight::Type::point
               : type == "spot" ? GltfLight::Type::spot
                                : GltfLight::Type::directional;
   made.world_from_light = pose;
-  made.colour =
-      glm::clamp(vector_or(member(light, "color"), glm::dvec3(1)), glm::dvec3(0), glm::dvec3(1e15));
-  made.intensity = std::clamp(number_or(member(light, "intensity"), 1), 0.0, 1e15);
+  made.colour = colour_or(member(light, "color"), glm::dvec3(1));
+  made.intensity = number_or(member(light, "intensity"), 1, 0, 1e15);
   const auto& spot = member(light, "spot");
   constexpr double right = 1.5707963267948966;
   const double outer_deg = glm::degrees(number_or(member(spot, "outerConeAngle"), right / 2)),
@@ -81,8 +78,7 @@ public:
     int cameras = 0, lights = 0;
     gltf_.for_each_node([&](const json& node, std::int32_t number, std::int32_t parent,
                             const glm::dmat4&, bool is_shown) {
-      if (motion_.nodes.size() >= most_nodes_of_file)
-        throw InputError("more than " + std::to_string(most_nodes_of_file) + " nodes");
+      require_at_most(motion_.nodes.size() + 1, most_nodes_of_file, "nodes");
       place_.emplace(number, static_cast<std::int32_t>(motion_.nodes.size()));
       auto& made = motion_.nodes.emplace_back(gltf_place_of(node));
       made.number = number;
@@ -98,8 +94,7 @@ public:
     });
     for (auto& wearer : motion_.wearers) wearer = placed(std::move(wearer));
     for (const auto& animation : member(gltf_.root(), "animations")) {
-      if (motion_.animations.size() >= most_animations_of_file)
-        throw InputError("more than " + std::to_string(most_animations_of_file) + " animations");
+      require_at_most(motion_.animations.size() + 1, most_animations_of_file, "animations");
       read_animation(animation);
     }
     return std::move(motion_);
@@ -191,13 +186,10 @@ private:
     for (const double value : values)
       if (!(std::abs(value) <= 1e15)) throw InputError("a value of an animation is no number");
     for (std::size_t first = 0; first < size; first += 4) {
-      if (++channels_ > most_moves_of_file)
-        throw InputError("more than " + std::to_string(most_moves_of_file) +
-                         " values are animated");
+      require_at_most(++channels_, most_moves_of_file, "values are animated");
       // Vectors of four and more, of all keys together
       keys_ += channel.times_s.size();
-      if (keys_ > most_keys_of_file)
-        throw InputError("more than " + std::to_string(most_keys_of_file) + " " + keys);
+      require_at_most(keys_, most_keys_of_file, keys);
       channel.target = static_cast<std::int32_t>(first);
       channel.values.assign(values.size() / size, glm::dvec4(0));
       for (std::size_t i = 0; i < channel.values.size(); ++i)
@@ -225,8 +217,6 @@ std::unique_ptr<GltfFile> opened(const fs::path& file) {
   return gltf;
 }
 
-using nlohmann::json;
-
 constexpr const char* remedy = "; export the file again, or without the skin or the morph targets";
 
 using Order = std::vector<std::uint32_t>;
@@ -237,7 +227,7 @@ void append_vectors(const GltfPrimitive& from, const GltfNumbers& numbers, const
   for (const auto vertex : order) {
     const auto v = numbers.vector_at(vertex);
     if (!(std::abs(v.x) <= 1e30 && std::abs(v.y) <= 1e30 && std::abs(v.z) <= 1e30))
-      from.fail(from.what(name) + ": vertex " + std::to_string(vertex) + " has no numbers");
+      from.refuse(name + ": vertex " + std::to_string(vertex) + " has no numbers");
     to.emplace_back(v);
   }
 }
@@ -245,7 +235,7 @@ void append_vectors(const GltfPrimitive& from, const GltfNumbers& numbers, const
 void read_targets(const GltfPrimitive& from, const Order& order, DeformingPart& part) {
   const auto& targets = member(from.object(), "targets");
   if ((targets.is_array() ? targets.size() : 0) != part.weights.size())
-    from.fail(from.what("its primitives differ in the number of morph targets"));
+    from.refuse("its primitives differ in the number of morph targets");
   // A target without positions, or one that only some of the targets have
   const auto add = [&](const json& target, const char* name, std::vector<glm::vec3>& to) {
     const auto& accessor = member(target, name);
@@ -272,14 +262,14 @@ void read_matrices(const GltfPrimitive& from, const json& accessor, DeformingPar
   if (accessor.is_null()) return;
   const auto matrices = from.numbers(accessor, "MAT4", "inverse bind matrices");
   if (matrices.count < part.joints.size())
-    from.fail(from.what("its skin has " + std::to_string(part.joints.size()) + " joints and " +
-                        std::to_string(matrices.count) + " inverse bind matrices"));
+    from.refuse("its skin has " + std::to_string(part.joints.size()) + " joints and " +
+                std::to_string(matrices.count) + " inverse bind matrices");
   for (std::size_t i = 0; i < part.joints.size(); ++i) {
     for (int k = 0; k < 16; ++k) {
       auto& number = part.joint_from_mesh[i][k / 4][k % 4];
       number = matrices.at(i, static_cast<std::uint64_t>(k));
       if (!(std::abs(number) <= 1e15))
-        from.fail(from.what("inverse bind matrix " + std::to_string(i) + " has no numbers"));
+        from.refuse("inverse bind matrix " + std::to_string(i) + " has no numbers");
     }
   }
 }
@@ -292,10 +282,9 @@ void read_influences(const GltfPrimitive& from, const Order& order, DeformingPar
     const auto joints = "JOINTS_" + number, weights = "WEIGHTS_" + number;
     if (!from.has(joints) && !from.has(weights) && !sets.empty()) break;
     if (!from.has(joints) || !from.has(weights))
-      from.fail(from.what("it has a skin, but not " + (from.has(joints) ? weights : joints)));
+      from.refuse("it has a skin, but not " + (from.has(joints) ? weights : joints));
     if (4 * sets.size() >= most_influences)
-      from.fail(
-          from.what("more than " + std::to_string(most_influences) + " joints move one vertex"));
+      from.refuse("more than " + std::to_string(most_influences) + " joints move one vertex");
     sets.emplace_back(from.attribute(joints, "VEC4"), from.attribute(weights, "VEC4", false));
   }
   part.influences = static_cast<std::uint32_t>(4 * sets.size());
@@ -306,18 +295,18 @@ void read_influences(const GltfPrimitive& from, const Order& order, DeformingPar
       for (std::uint64_t k = 0; k < 4; ++k) {
         const double joint = set.first.at(i, k), weight = set.second.at(i, k);
         if (!(weight >= 0 && weight <= 1e15))
-          from.fail(from.what("a weight" + vertex + " is no number >= 0"));
+          from.refuse("a weight" + vertex + " is no number >= 0");
         const bool is_joint = joint >= 0 && joint < static_cast<double>(part.joints.size()) &&
                               joint == std::floor(joint);
         if (!is_joint && weight > 0)
-          from.fail(from.what("a joint" + vertex + " is not among the " +
-                              std::to_string(part.joints.size()) + " of its skin"));
+          from.refuse("a joint" + vertex + " is not among the " +
+                      std::to_string(part.joints.size()) + " of its skin");
         part.joint_of.push_back(static_cast<std::uint16_t>(is_joint ? joint : 0));
         part.weight_of.push_back(static_cast<float>(weight));
         sum += part.weight_of.back();
       }
     }
-    if (!(sum > 0)) from.fail(from.what("the weights" + vertex + " are all 0"));
+    if (!(sum > 0)) from.refuse("the weights" + vertex + " are all 0");
   }
 }
 
@@ -344,8 +333,8 @@ GltfPart deforming_part(GltfFile& gltf, const GltfPrimitive& from, const json& n
   auto& part = made.part;
   const auto needed = order.size() * (1 + wearer.weights.size());
   if (needed > left)
-    from.fail(from.what("more than " + std::to_string(most_deforming_of_file) +
-                        " vertices deform, of all morph targets"));
+    from.refuse("more than " + std::to_string(most_deforming_of_file) +
+                " vertices deform, of all morph targets");
   left -= needed;
   part.node = wearer.node;
   append_vectors(from, from.positions(), "POSITION", order, part.positions);
@@ -366,8 +355,8 @@ GltfPart deforming_part(GltfFile& gltf, const GltfPrimitive& from, const json& n
   for (std::size_t i = 0; i < part.joints.size(); ++i) {
     const auto pose = poses.find(part.joints[i]);
     if (pose == poses.end())
-      from.fail(from.what("joint " + std::to_string(i) + " of its skin is node " +
-                          std::to_string(part.joints[i]) + ", which is not in the scene"));
+      from.refuse("joint " + std::to_string(i) + " of its skin is node " +
+                  std::to_string(part.joints[i]) + ", which is not in the scene");
     made.world_from_mesh.push_back(pose->second * part.joint_from_mesh[i]);
   }
   return made;

@@ -1,5 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 #include <OpenImageIO/imageio.h>
+#include <fcntl.h>
+#include <unistd.h>
 #include <webp/decode.h>
 
 #include <cstdint>
@@ -12,6 +14,27 @@
 
 namespace raywave {
 namespace {
+
+/// A name under which OpenImageIO finds a file to read. It takes what stands behind a ? for options
+/// of its own, so that such files go by their descriptors.
+class OiioName {
+public:
+  explicit OiioName(const std::filesystem::path& file) : name_(file.string()) {
+    if (name_.find('?') == std::string::npos) return;
+    descriptor_ = open(file.c_str(), O_RDONLY | O_CLOEXEC);
+    if (descriptor_ >= 0) name_ = "/proc/self/fd/" + std::to_string(descriptor_);
+  }
+  ~OiioName() {
+    if (descriptor_ >= 0) close(descriptor_);
+  }
+  OiioName(const OiioName&) = delete;
+  OiioName& operator=(const OiioName&) = delete;
+  const std::string& text() const { return name_; }
+
+private:
+  std::string name_;
+  int descriptor_ = -1;
+};
 
 /// Reads where OpenImageIO would multiply colours by alpha (WebP), by libwebp.
 std::function<std::vector<float>(int)> webp_reader(const std::filesystem::path& file,

@@ -12,7 +12,9 @@
 #include <utility>
 
 #include "host/common/error.hpp"
+#include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader_reply.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
@@ -40,10 +42,10 @@ public:
     else
       read_phong();
     look.emission = colour(AI_MATKEY_COLOR_EMISSIVE, glm::dvec3(0));
-    look.emission_map = map(aiTextureType_EMISSIVE, 0, "emission map");
+    look.emission_map = map(aiTextureType_EMISSIVE, "emission map");
     if (look.emission_map.picture >= 0 && look.emission == glm::dvec3(0))
       look.emission = glm::dvec3(1);  // a map alone: "map_Ke" of OBJ
-    look.normal_map = map(aiTextureType_NORMALS, 0, "normal map");
+    look.normal_map = map(aiTextureType_NORMALS, "normal map");
     int shading = 0;
     if (from_.Get(AI_MATKEY_SHADING_MODEL, shading) == aiReturn_SUCCESS &&
         shading == aiShadingMode_NoShading)
@@ -74,34 +76,30 @@ private:
     aiColor3D value;
     if (from_.Get(key, type, index, value) != aiReturn_SUCCESS) return otherwise;
     const glm::dvec3 c(value.r, value.g, value.b);
-    for (int i = 0; i < 3; ++i)
-      if (!std::isfinite(c[i])) return otherwise;
-    return {std::clamp(c.x, 0.0, 1e30), std::clamp(c.y, 0.0, 1e30), std::clamp(c.z, 0.0, 1e30)};
+    return is_finite(c) ? glm::clamp(c, 0.0, 1e30) : otherwise;
   }
 
   void note(const std::string& what) {
     if (material_.notes.size() < most_notes_of_file) material_.notes.push_back(cut(what));
   }
 
-  unsigned coordinates_of_map(aiTextureType type, unsigned index) const {
-    int set = 0;
-    from_.Get(AI_MATKEY_UVWSRC(type, index), set);
-    return static_cast<unsigned>(std::max(set, 0));
-  }
-
-  static Wrap wrap_of(int mode) {
+  Wrap wrap_of(const char* key, unsigned type, unsigned index) const {
+    int mode = aiTextureMapMode_Wrap;
+    from_.Get(key, type, index, mode);
     return mode == aiTextureMapMode_Mirror  ? Wrap::mirror
            : mode == aiTextureMapMode_Clamp ? Wrap::clamp
                                             : Wrap::repeat;
   }
 
-  MeshMap map(aiTextureType type, unsigned index, const char* name) {
+  MeshMap map(aiTextureType type, const char* name) {
     aiString file;
-    if (from_.GetTextureCount(type) <= index ||
-        from_.Get(AI_MATKEY_TEXTURE(type, index), file) != aiReturn_SUCCESS || file.length == 0)
+    if (from_.GetTextureCount(type) == 0 ||
+        from_.Get(AI_MATKEY_TEXTURE(type, 0), file) != aiReturn_SUCCESS || file.length == 0)
       return {};
     MeshMap map;
-    if (coordinates_of_map(type, index) != coordinates_) {
+    int set = 0;
+    from_.Get(AI_MATKEY_UVWSRC(type, 0), set);
+    if (static_cast<unsigned>(std::max(set, 0)) != coordinates_) {
       note(std::string(name) + " is ignored: it has texture coordinates of its own");
       return {};
     }
@@ -110,14 +108,10 @@ private:
       note(std::string(name) + " is ignored: there are too many pictures");
       return {};
     }
-    int mode = aiTextureMapMode_Wrap;
-    from_.Get(AI_MATKEY_MAPPINGMODE_U(type, index), mode);
-    map.place.wrap_u = wrap_of(mode);
-    mode = aiTextureMapMode_Wrap;
-    from_.Get(AI_MATKEY_MAPPINGMODE_V(type, index), mode);
-    map.place.wrap_v = wrap_of(mode);
+    map.place.wrap_u = wrap_of(AI_MATKEY_MAPPINGMODE_U(type, 0));
+    map.place.wrap_v = wrap_of(AI_MATKEY_MAPPINGMODE_V(type, 0));
     aiUVTransform transform;
-    if (from_.Get(AI_MATKEY_UVTRANSFORM(type, index), transform) == aiReturn_SUCCESS &&
+    if (from_.Get(AI_MATKEY_UVTRANSFORM(type, 0), transform) == aiReturn_SUCCESS &&
         !(transform.mTranslation == aiVector2D(0, 0) && transform.mScaling == aiVector2D(1, 1) &&
           transform.mRotation == 0))
       note(std::string(name) + ": its transform of texture coordinates is ignored");
@@ -149,25 +143,11 @@ private:
     // Texels without a format become a TGA file: 32 bits, blue first, row 0 on top
     if (from.mWidth > 65535 || from.mHeight > 65535)
       throw InputError("a picture in it is larger than 65535 a side");
-    const auto low = [](unsigned n) { return static_cast<char>(n & 255); };
-    picture.bytes = {0,
-                     0,
-                     2,
-                     0,
-                     0,
-                     0,
-                     0,
-                     0,
-                     0,
-                     0,
-                     0,
-                     0,
-                     low(from.mWidth),
-                     low(from.mWidth >> 8),
-                     low(from.mHeight),
-                     low(from.mHeight >> 8),
-                     32,
-                     0x28};
+    picture.bytes.resize(12, 0);
+    picture.bytes[2] = 2;
+    for (const unsigned n :
+         {from.mWidth, from.mWidth >> 8, from.mHeight, from.mHeight >> 8, 32u, 0x28u})
+      picture.bytes.push_back(static_cast<char>(n & 255));
     picture.bytes.insert(picture.bytes.end(), bytes,
                          bytes + std::size_t{4} * from.mWidth * from.mHeight);
   }
@@ -175,7 +155,7 @@ private:
   void read_alpha(double alpha) {
     auto& look = material_.look;
     look.alpha = alpha;
-    look.alpha_map = map(aiTextureType_OPACITY, 0, "opacity map");
+    look.alpha_map = map(aiTextureType_OPACITY, "opacity map");
     if (look.alpha < 1 || look.alpha_map.picture >= 0) look.alpha_mode = AlphaMode::blend;
   }
 
@@ -183,8 +163,8 @@ private:
     auto& look = material_.look;
     look.model = LookModel::metallic_roughness;
     look.base = colour(AI_MATKEY_BASE_COLOR, colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1)));
-    look.base_map = map(aiTextureType_BASE_COLOR, 0, "base colour map");
-    if (look.base_map.picture < 0) look.base_map = map(aiTextureType_DIFFUSE, 0, "diffuse map");
+    look.base_map = map(aiTextureType_BASE_COLOR, "base colour map");
+    if (look.base_map.picture < 0) look.base_map = map(aiTextureType_DIFFUSE, "diffuse map");
     look.metallic = share(AI_MATKEY_METALLIC_FACTOR, 0);
     look.roughness = share(AI_MATKEY_ROUGHNESS_FACTOR, 1);
     read_alpha(share(AI_MATKEY_OPACITY, 1));
@@ -193,7 +173,7 @@ private:
   void read_phong() {
     auto& look = material_.look;
     look.base = colour(AI_MATKEY_COLOR_DIFFUSE, glm::dvec3(1));
-    look.base_map = map(aiTextureType_DIFFUSE, 0, "diffuse map");
+    look.base_map = map(aiTextureType_DIFFUSE, "diffuse map");
     look.ambient = colour(AI_MATKEY_COLOR_AMBIENT, glm::dvec3(0));
     look.specular = colour(AI_MATKEY_COLOR_SPECULAR, glm::dvec3(0)) *
                     std::max(0.0, number(AI_MATKEY_SHININESS_STRENGTH, 1));
@@ -275,18 +255,11 @@ std::int32_t MaterialReader::material_of(const aiMesh& part) {
   MeshMaterial material;
   if (is_default(from)) {
     if (!coloured) return -1;
-    material.name = "colours of vertices";
-    material.look.vertex_colours = 1;
-    material.look.ambient = glm::dvec3(1);
-    material.look.two_sided = 1;
+    material = coloured_material("colours of vertices");
   } else {
     material = MaterialTranslation(*this, from, coordinates_of(part)).translated(coloured);
   }
-  if (mesh_.materials.size() >= most_materials_of_file)
-    throw InputError("more than " + std::to_string(most_materials_of_file) + " materials");
-  known->second = static_cast<std::int32_t>(mesh_.materials.size());
-  mesh_.materials.push_back(std::move(material));
-  return known->second;
+  return known->second = add_material(mesh_, std::move(material));
 }
 
 }  // namespace raywave

@@ -45,10 +45,9 @@ public:
         said_ = {};
         is_open_ = true;
       } else if (!is_open_) {
-        builder_.notes.add('"' + key.substr(0, 40) + "\" before any newmtl is ignored",
-                           lines_.where());
+        builder_.notes.add(word_in_quotes(key) + " before any newmtl is ignored", lines_.where());
       } else if (!read_colour(key) && !read_number(key) && !read_map(key)) {
-        note('"' + key.substr(0, 40) + "\" is ignored");
+        note(word_in_quotes(key) + " is ignored");
       }
     }
     finish();
@@ -66,25 +65,21 @@ private:
     const auto word = lines_.word();
     double value = 0;
     if (is_number(word, value) && std::isfinite(value)) return std::clamp(value, low, high);
-    note("\"" + std::string(word.substr(0, 40)) + "\" is no number and is ignored");
+    note(word_in_quotes(word) + " is no number and is ignored");
     return {};
   }
 
   /// One number stands for all three.
   std::optional<glm::dvec3> colour() {
-    const auto line = lines_;
-    if (const auto word = lines_.word(); word == "spectral" || word == "xyz") {
+    if (const auto word = lines_.peek(); word == "spectral" || word == "xyz") {
       note(std::string(word) + " colours are ignored");
       return {};
     }
-    lines_ = line;
     const auto red = number(0, 1e30);
     if (!red) return {};
     glm::dvec3 c(*red);
     for (int i = 1; i < 3; ++i) {
-      const auto before = lines_;
-      if (lines_.word().empty()) return c;
-      lines_ = before;
+      if (lines_.peek().empty()) return c;
       const auto next = number(0, 1e30);
       if (!next) return {};
       c[i] = *next;
@@ -111,11 +106,10 @@ private:
     if (key == "ns") {
       material_.look.shininess = number(0, 1e30).value_or(0);
     } else if (key == "d") {
-      const auto before = lines_;
-      if (lines_.word() == "-halo")
+      if (lines_.peek() == "-halo") {
+        lines_.word();
         note("-halo is ignored, and the number behind it taken");
-      else
-        lines_ = before;
+      }
       said_.d = number(0, 1).value_or(1);
     } else if (key == "tr") {
       said_.tr = number(0, 1).value_or(0);

@@ -8,7 +8,6 @@
 #include <assimp/Importer.hpp>
 #include <cmath>
 #include <fstream>
-#include <glm/geometric.hpp>
 #include <glm/mat3x3.hpp>
 #include <glm/mat4x4.hpp>
 #include <glm/matrix.hpp>
@@ -37,16 +36,7 @@ glm::dmat4 to_glm(const aiMatrix4x4& m) {  // Assimp stores rows, glm columns
 
 glm::dvec3 to_glm(const aiVector3D& v) { return {v.x, v.y, v.z}; }
 
-/// The colour of a vertex, linear; white where the file has nonsense.
-glm::vec4 colour_of(const aiColor4D& c) {
-  glm::vec4 colour(c.r, c.g, c.b, c.a);
-  for (int i = 0; i < 4; ++i) {
-    if (!std::isfinite(colour[i])) return glm::vec4(1);
-    colour[i] = std::clamp(colour[i], 0.0f, 1.0f);
-    if (i < 3) colour[i] = linear_from_srgb(colour[i]);
-  }
-  return colour;
-}
+glm::vec4 to_glm(const aiColor4D& c) { return {c.r, c.g, c.b, c.a}; }
 
 void note_once(Mesh& mesh, const char* what) {
   if (std::find(mesh.notes.begin(), mesh.notes.end(), what) == mesh.notes.end())
@@ -67,9 +57,7 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
   const auto first = static_cast<glm::uint>(raw.positions.size());
   const glm::dmat3 linear(world_from_part);
   const double orientation = glm::determinant(linear) < 0 ? -1 : 1;
-  // The cofactor matrix turns normals also where the transform has no inverse.
-  const glm::dmat3 cofactor(glm::cross(linear[1], linear[2]), glm::cross(linear[2], linear[0]),
-                            glm::cross(linear[0], linear[1]));
+  const auto cofactor = cofactor_of(linear);
 
   for (unsigned i = 0; i < part.mNumVertices; ++i) {
     const glm::dvec3 position =
@@ -84,7 +72,7 @@ void append(const aiMesh& part, const glm::dmat4& world_from_part, MaterialReade
                               ? to_glm(part.mTextureCoords[coordinates][i])
                               : glm::dvec3(0);
     raw.uvs.push_back(is_finite(uv) ? glm::dvec2(uv) : glm::dvec2(0));
-    if (coloured) raw.colours.push_back(colour_of(part.mColors[0][i]));
+    if (coloured) raw.colours.push_back(linear_colour_from_srgb(to_glm(part.mColors[0][i])));
   }
   if (!raw.colours.empty()) raw.colours.resize(raw.positions.size(), glm::vec4(1));
   std::vector<glm::dvec3> corners;

@@ -3,7 +3,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <utility>
 
 #include "host/scene/reader/mesh_polygon.hpp"
@@ -34,16 +33,16 @@ std::vector<std::string> Notes::take() {
   return texts;
 }
 
-bool is_position(const glm::dvec3& p) {
-  constexpr double largest = std::numeric_limits<float>::max();
-  return std::abs(p.x) <= largest && std::abs(p.y) <= largest && std::abs(p.z) <= largest;
+void MeshBuilder::reserve_vertices(std::size_t count) {
+  mesh.positions.reserve(count);
+  mesh.normals.reserve(count);
+  mesh.uvs.reserve(count);
 }
 
 std::uint32_t MeshBuilder::add_vertex(const glm::dvec3& position, const glm::dvec3& normal,
                                       const glm::dvec2& uv, const Where& where) {
   if (!is_position(position)) throw InputError(where() + ": a vertex is NaN or infinite");
-  if (mesh.positions.size() >= most_vertices_of_file)
-    throw InputError("more than " + std::to_string(most_vertices_of_file) + " vertices");
+  require_at_most(mesh.positions.size() + 1, most_vertices_of_file, "vertices");
   mesh.positions.push_back(position);
   mesh.normals.push_back(unit_or_zero(normal));
   mesh.uvs.push_back(std::isfinite(uv.x + uv.y) ? uv : glm::dvec2(0));
@@ -85,10 +84,7 @@ void MeshBuilder::set_colours(std::vector<glm::vec4> colours, float scale) {
     c /= scale;
     if (std::isnan(c.w)) c.w = 1;
     if (!std::isfinite(c.x + c.y + c.z + c.w)) c = glm::vec4(1);
-    for (int i = 0; i < 4; ++i) {
-      c[i] = std::clamp(c[i], 0.0f, 1.0f);
-      if (i < 3) c[i] = linear_from_srgb(c[i]);
-    }
+    c = linear_colour_from_srgb(c);
   }
   colours.resize(mesh.positions.size(), glm::vec4(1));
   mesh.colours = std::move(colours);
@@ -96,8 +92,7 @@ void MeshBuilder::set_colours(std::vector<glm::vec4> colours, float scale) {
   auto& worn = mesh.triangle_material;
   if (std::find(worn.begin(), worn.end(), -1) == worn.end()) return;
   std::replace(worn.begin(), worn.end(), -1, static_cast<std::int32_t>(mesh.materials.size()));
-  mesh.materials.push_back(white_material("colours of vertices"));
-  mesh.materials.back().look.vertex_colours = 1;
+  mesh.materials.push_back(coloured_material("colours of vertices"));
 }
 
 void MeshBuilder::set_triangle_colours(std::vector<glm::vec4> colours, float scale) {
@@ -150,6 +145,12 @@ std::string keep_visible(std::vector<MeshMaterial>& materials, const std::string
   if (!hides_all) return {};
   return "every material has " + said +
          ", which shows nothing: they are taken as opaque (some tools write the opposite)";
+}
+
+std::int32_t add_material(Mesh& mesh, MeshMaterial material) {
+  require_at_most(mesh.materials.size() + 1, most_materials_of_file, "materials");
+  mesh.materials.push_back(std::move(material));
+  return static_cast<std::int32_t>(mesh.materials.size() - 1);
 }
 
 std::int32_t add_picture(Mesh& mesh, const std::string& name) {

@@ -31,9 +31,6 @@ private:
   std::map<std::string, std::size_t> number_;
 };
 
-/// False for what is NaN, infinite or beyond floats.
-bool is_position(const glm::dvec3& p);
-
 class MeshBuilder {
 public:
   using Where = std::function<std::string()>;  // names a place in the file
@@ -42,6 +39,7 @@ public:
   Notes notes;
   std::uint32_t counted_from = 0;  // vertices, in the file
 
+  void reserve_vertices(std::size_t count);
   /// Returns the vertex's number. `normal` may have any length.
   ///
   /// throws  InputError for what is no place, or more vertices than a file may have
@@ -81,6 +79,11 @@ float brightest_of(std::span<const glm::vec4> colours);
 /// said     what says so: "Tr 1 or d 0"
 /// returns  a note for the file; empty: nothing is changed
 std::string keep_visible(std::vector<MeshMaterial>& materials, const std::string& said);
+
+/// Number of the material in the mesh, which gets it.
+///
+/// throws  InputError for more materials than a file may have
+std::int32_t add_material(Mesh& mesh, MeshMaterial material);
 
 /// Number of the picture of this name in the mesh, which it gets unless there are too many: -1.
 std::int32_t add_picture(Mesh& mesh, const std::string& name);

@@ -12,6 +12,7 @@
 #include "host/scene/reader/mesh_text.hpp"
 #include "host/scene/reader/readers.hpp"
 #include "host/scene/reader_reply.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 namespace {
@@ -69,7 +70,7 @@ private:
       value.x = lines_.number();
       for (int i = 1; i < 3; ++i)
         if (const auto word = lines_.word(); !word.empty() && !is_number(word, value[i]))
-          throw InputError(lines_.where() + ": \"" + std::string(word) + "\" is no number");
+          lines_.fail("\"" + std::string(word) + "\" is no number");
       if (key == "vt")
         uvs_.emplace_back(value);
       else
@@ -83,7 +84,7 @@ private:
     } else if (key == "p" || key == "l") {
       note("points and lines are left out");
     } else if (key != "g" && key != "o" && key != "s") {
-      note('"' + std::string(key.substr(0, 40)) + "\" is ignored");
+      note(word_in_quotes(key) + " is ignored");
     }
   }
 
@@ -92,13 +93,11 @@ private:
     std::size_t count = 0;
     for (auto word = lines_.word(); !word.empty() && count < 8; word = lines_.word(), ++count)
       if (!is_number(word, n[count]))
-        throw InputError(lines_.where() + ": \"" + std::string(word.substr(0, 40)) +
-                         "\" is no number" +
-                         (word.find(',') == word.npos ? "" : "; decimals need a point"));
-    if (count < 3) throw InputError(lines_.where() + ": a vertex needs three numbers");
+        lines_.fail(word_in_quotes(word) + " is no number" +
+                    (word.find(',') == word.npos ? "" : "; decimals need a point"));
+    if (count < 3) lines_.fail("a vertex needs three numbers");
     positions_.emplace_back(n[0], n[1], n[2]);
-    if (!is_position(positions_.back()))
-      throw InputError(lines_.where() + ": a vertex is NaN or infinite");
+    if (!is_position(positions_.back())) lines_.fail("a vertex is NaN or infinite");
     if (positions_.size() > most_vertices_of_file) throw InputError("has too many vertices");
     if (count == 4 && n[3] != 1) note("the fourth number of vertices is ignored");
     if (count == 5 || count == 8) note("numbers behind x y z are ignored");
@@ -114,12 +113,11 @@ private:
     if (word.empty()) return kNone;
     if (!is_number(word, number) || number != std::floor(number) || number == 0 ||
         std::abs(number) > 4e9)
-      throw InputError(lines_.where() + ": \"" + std::string(word.substr(0, 40)) +
-                       "\" is no number of a vertex");
+      lines_.fail(word_in_quotes(word) + " is no number of a vertex");
     const double index = number > 0 ? number - 1 : static_cast<double>(count) + number;
     if (index < 0)
-      throw InputError(lines_.where() + ": a face names " + std::string(word.substr(0, 40)) +
-                       ", a vertex before the first");
+      lines_.fail("a face names " + std::string(word.substr(0, 40)) +
+                  ", a vertex before the first");
     return static_cast<std::uint32_t>(index);
   }
 
@@ -136,7 +134,7 @@ private:
       const Corner corner{index_of(part[0], positions_.size()), index_of(part[1], uvs_.size()),
                           index_of(part[2], normals_.size())};
       if (corner[0] == kNone || !word.empty())
-        throw InputError(lines_.where() + ": a corner of a face is not v, v/vt, v//vn or v/vt/vn");
+        lines_.fail("a corner of a face is not v, v/vt, v//vn or v/vt/vn");
       is_plain_ = is_plain_ && corner[1] == kNone && corner[2] == kNone;
       corners_.push_back(corner);
     }
@@ -181,14 +179,10 @@ private:
       const auto& [name, where] = uses_[last - 1];
       const auto [known, is_new] = worn.try_emplace(name, -1);
       if (const auto found = materials.find(name); is_new && found != materials.end()) {
-        if (builder_.mesh.materials.size() >= most_materials_of_file)
-          throw InputError("more than " + std::to_string(most_materials_of_file) + " materials");
-        known->second = static_cast<std::int32_t>(builder_.mesh.materials.size());
-        builder_.mesh.materials.push_back(found->second);
+        known->second = add_material(builder_.mesh, found->second);
       } else if (is_new) {
         builder_.notes.add(
-            "material \"" + name + "\" is in no library: the default material is " + "shown",
-            where);
+            "material \"" + name + "\" is in no library: the default material is shown", where);
       }
       numbers[last - 1] = known->second;
     }
@@ -206,10 +200,7 @@ private:
 
   /// A vertex for each corner.
   void add_corners() {
-    auto& mesh = builder_.mesh;
-    mesh.positions.reserve(corners_.size());
-    mesh.normals.reserve(corners_.size());
-    mesh.uvs.reserve(corners_.size());
+    builder_.reserve_vertices(corners_.size());
     std::size_t face = 0;
     for (std::size_t k = 0; k < corners_.size(); ++k) {
       while (k >= faces_[face + 1].first) ++face;

@@ -14,7 +14,7 @@ namespace {
 /// The numbers that are left in the line.
 std::vector<double> numbers_of(LineScanner& lines) {
   std::vector<double> numbers;
-  for (auto ahead = lines; !ahead.word().empty(); ahead = lines) numbers.push_back(lines.number());
+  while (!lines.peek().empty()) numbers.push_back(lines.number());
   return numbers;
 }
 
@@ -22,7 +22,7 @@ std::vector<double> numbers_of(LineScanner& lines) {
 std::vector<double> next_numbers(LineScanner& lines) {
   std::vector<double> numbers;
   while (numbers.empty()) {
-    if (!lines.next_line()) throw InputError(lines.where() + ": the file ends too soon");
+    if (!lines.next_line()) lines.fail("the file ends too soon");
     numbers = numbers_of(lines);
   }
   return numbers;
@@ -44,11 +44,9 @@ Mesh read_off(const std::filesystem::path& file) {
   std::vector<double> counts;
   while (counts.empty()) {
     if (!lines.next_line()) throw InputError("is no OFF: it has no numbers of vertices and faces");
-    auto first = lines;
-    if (const auto word = first.word(); word.ends_with("OFF") && kind.empty()) {
+    if (lines.peek().ends_with("OFF") && kind.empty()) {
       kind = lines.word();
-      auto second = lines;
-      if (second.word() == "BINARY") throw InputError("is a binary OFF; save it as text");
+      if (lines.peek() == "BINARY") throw InputError("is a binary OFF; save it as text");
     }
     counts = numbers_of(lines);
   }
@@ -63,7 +61,7 @@ Mesh read_off(const std::filesystem::path& file) {
     throw InputError("is a " + kind + " file; of OFF, vertices of three numbers are read");
   const auto is_count = [](double n) { return n >= 0 && n <= 4e9 && n == std::floor(n); };
   if (counts.size() < 2 || !is_count(counts[0]) || !is_count(counts[1]))
-    throw InputError(lines.where() + ": the numbers of vertices and faces are needed");
+    lines.fail("the numbers of vertices and faces are needed");
 
   std::vector<glm::vec4> of_vertices, of_faces;
   bool has_face_colours = false;
@@ -73,7 +71,7 @@ Mesh read_off(const std::filesystem::path& file) {
     const std::size_t normal = 3, colour = normal + (has_normal ? 3 : 0),
                       uv = n.size() - std::min<std::size_t>(n.size(), has_uv ? 2 : 0);
     if (n.size() < colour + (has_uv ? 2 : 0) || (has_colour && uv < colour + 3))
-      throw InputError(lines.where() + ": a vertex of " + kind + " needs more numbers");
+      lines.fail("a vertex of " + kind + " needs more numbers");
     builder.add_vertex({n[0], n[1], n[2]},
                        has_normal ? glm::dvec3(n[3], n[4], n[5]) : glm::dvec3(0),
                        has_uv ? glm::dvec2(n[uv], n[uv + 1]) : glm::dvec2(0), where);
@@ -86,7 +84,7 @@ Mesh read_off(const std::filesystem::path& file) {
   for (double i = 0; i < counts[1]; ++i) {
     const auto n = next_numbers(lines);
     if (!is_count(n[0]) || n[0] + 1 > static_cast<double>(n.size()))
-      throw InputError(lines.where() + ": a face needs its corners in one line");
+      lines.fail("a face needs its corners in one line");
     const auto last = static_cast<std::size_t>(n[0]) + 1;
     corners.clear();
     for (std::size_t k = 1; k < last; ++k)

@@ -7,7 +7,6 @@
 #include <cstring>
 #include <initializer_list>
 #include <numbers>
-#include <optional>
 #include <span>
 #include <utility>
 
@@ -19,17 +18,31 @@
 namespace raywave {
 namespace {
 
-enum class Type { i8, u8, i16, u16, i32, u32, f32, f64 };
-
-std::size_t size_of(Type type) {
-  constexpr std::array<std::size_t, 8> sizes{1, 1, 2, 2, 4, 4, 4, 8};
-  return sizes[static_cast<std::size_t>(type)];
+template <class T>
+double double_at(const char* place) {
+  return static_cast<double>(number_at<T>(place));
 }
+
+/// A type of numbers, and its two names.
+struct Type {
+  std::string_view name, other;
+  std::size_t size;
+  double (*read)(const char* place);
+};
+
+constexpr std::array<Type, 8> types{{{"char", "int8", 1, double_at<std::int8_t>},
+                                     {"uchar", "uint8", 1, double_at<std::uint8_t>},
+                                     {"short", "int16", 2, double_at<std::int16_t>},
+                                     {"ushort", "uint16", 2, double_at<std::uint16_t>},
+                                     {"int", "int32", 4, double_at<std::int32_t>},
+                                     {"uint", "uint32", 4, double_at<std::uint32_t>},
+                                     {"float", "float32", 4, double_at<float>},
+                                     {"double", "float64", 8, double_at<double>}}};
 
 struct Property {
   std::string name;
-  Type type = Type::f32;
-  std::optional<Type> count;  // of a list
+  const Type* type = nullptr;
+  const Type* count = nullptr;  // of a list
 };
 
 struct Element {
@@ -57,7 +70,7 @@ struct Colour {
       : at{of.find({"red", "diffuse_red", "r"}), of.find({"green", "diffuse_green", "g"}),
            of.find({"blue", "diffuse_blue", "b"}), of.find({"alpha", "diffuse_alpha", "a"})} {
     is_there = at[0] >= 0 && at[1] >= 0 && at[2] >= 0;
-    is_bytes = is_there && of.properties[static_cast<std::size_t>(at[0])].type == Type::u8;
+    is_bytes = is_there && of.properties[static_cast<std::size_t>(at[0])].type->name == "uchar";
   }
   float scale_of(std::span<const glm::vec4> found) const {
     return is_bytes ? 255.0f : brightest_of(found);
@@ -128,30 +141,10 @@ public:
 private:
   using Values = std::vector<std::vector<double>>;  // of each property of an element
 
-  [[noreturn]] void fail(const std::string& what) const {
-    throw InputError(lines_.where() + ": " + what);
-  }
-
-  Type type_of(std::string_view word) const {
-    constexpr std::array<std::pair<std::string_view, Type>, 16> names{{{"char", Type::i8},
-                                                                       {"int8", Type::i8},
-                                                                       {"uchar", Type::u8},
-                                                                       {"uint8", Type::u8},
-                                                                       {"short", Type::i16},
-                                                                       {"int16", Type::i16},
-                                                                       {"ushort", Type::u16},
-                                                                       {"uint16", Type::u16},
-                                                                       {"int", Type::i32},
-                                                                       {"int32", Type::i32},
-                                                                       {"uint", Type::u32},
-                                                                       {"uint32", Type::u32},
-                                                                       {"float", Type::f32},
-                                                                       {"float32", Type::f32},
-                                                                       {"double", Type::f64},
-                                                                       {"float64", Type::f64}}};
-    for (const auto& [name, type] : names)
-      if (word == name) return type;
-    fail("\"" + std::string(word.substr(0, 40)) + "\" is no type of a property");
+  const Type* type_of(std::string_view word) const {
+    for (const auto& type : types)
+      if (word == type.name || word == type.other) return &type;
+    lines_.fail(word_in_quotes(word) + " is no type of a property");
   }
 
   void read_header() {
@@ -170,10 +163,10 @@ private:
         elements_.emplace_back().name = lines_.word();
         const double count = lines_.number();
         if (!(count >= 0 && count <= 1e12) || count != std::floor(count))
-          fail("an element needs a number of its kind");
+          lines_.fail("an element needs a number of its kind");
         elements_.back().count = static_cast<std::uint64_t>(count);
       } else if (key == "property") {
-        if (elements_.empty()) fail("a property of no element");
+        if (elements_.empty()) lines_.fail("a property of no element");
         Property property;
         auto type = lines_.word();
         if (type == "list") {
@@ -184,8 +177,7 @@ private:
         property.name = lines_.word();
         elements_.back().properties.push_back(std::move(property));
       } else if (!key.empty()) {
-        builder_.notes.add('"' + std::string(key.substr(0, 40)) + "\" in the header is ignored",
-                           lines_.where());
+        builder_.notes.add(word_in_quotes(key) + " in the header is ignored", lines_.where());
       }
     }
     is_text_ = format == "ascii";
@@ -198,39 +190,15 @@ private:
     if (bytes_[first] == '\r' && bytes_[first + 1] != '\n' && bytes_[at_ - 1] == '\n') --at_;
   }
 
-  double binary(Type type) {
-    const auto size = size_of(type);
-    if (bytes_.size() - at_ < size) throw InputError(place() + ": the file ends too soon");
+  double value(const Type& type) {
+    if (is_text_) return lines_.number();
+    if (bytes_.size() - at_ < type.size) throw InputError(place() + ": the file ends too soon");
     std::array<char, 8> b{};
-    std::memcpy(b.data(), bytes_.data() + at_, size);
-    at_ += size;
-    if (is_swapped_) std::reverse(b.begin(), b.begin() + static_cast<std::ptrdiff_t>(size));
-    const auto as = [&](auto value) {
-      std::memcpy(&value, b.data(), sizeof value);
-      return static_cast<double>(value);
-    };
-    switch (type) {
-      case Type::i8:
-        return as(std::int8_t{});
-      case Type::u8:
-        return as(std::uint8_t{});
-      case Type::i16:
-        return as(std::int16_t{});
-      case Type::u16:
-        return as(std::uint16_t{});
-      case Type::i32:
-        return as(std::int32_t{});
-      case Type::u32:
-        return as(std::uint32_t{});
-      case Type::f32:
-        return as(float{});
-      case Type::f64:
-        break;
-    }
-    return as(double{});
+    std::memcpy(b.data(), bytes_.data() + at_, type.size);
+    at_ += type.size;
+    if (is_swapped_) std::reverse(b.begin(), b.begin() + static_cast<std::ptrdiff_t>(type.size));
+    return type.read(b.data());
   }
-
-  double value(Type type) { return is_text_ ? lines_.number() : binary(type); }
 
   std::string place() const {
     return is_text_ ? lines_.where() : element_->name + ' ' + std::to_string(number_);
@@ -248,13 +216,12 @@ private:
     }
     for (std::size_t i = 0; i < element.properties.size(); ++i) {
       const auto& property = element.properties[i];
-      double count = 1;
-      if (property.count) count = value(*property.count);
+      const double count = property.count ? value(*property.count) : 1;
       if (!(count >= 0 && count <= static_cast<double>(bytes_.size())))
         throw InputError(place() + ": a list of " + std::to_string(count) + " numbers");
       values[i].clear();
       for (auto left = static_cast<std::uint64_t>(count); left > 0; --left)
-        values[i].push_back(value(property.type));
+        values[i].push_back(value(*property.type));
     }
     if (is_text_ && !lines_.word().empty())
       throw InputError(place() + ": has more numbers than the header says");
@@ -275,7 +242,7 @@ private:
     number_ = 0;
     std::size_t least = 0;
     for (const auto& one : element.properties)
-      least += is_text_ ? 2 : size_of(one.count.value_or(one.type));
+      least += is_text_ ? 2 : (one.count ? one.count : one.type)->size;
     const auto left = bytes_.size() - (is_text_ ? lines_.end() : at_);
     if (element.count > (left + 1) / std::max<std::size_t>(least, 1))
       throw InputError("holds fewer of \"" + element.name +
@@ -311,10 +278,7 @@ private:
     std::vector<int> known{x, y, z, nx, ny, nz, u, v, c[0], c[1], c[2], c[3]};
     known.insert(known.end(), splats.at.begin(), splats.at.end());
     note_others(element, known);
-    auto& mesh = builder_.mesh;
-    mesh.positions.reserve(element.count);
-    mesh.normals.reserve(element.count);
-    mesh.uvs.reserve(element.count);
+    builder_.reserve_vertices(element.count);
     Values values(element.properties.size());
     for (; number_ < element.count; ++number_) {
       read_one(element, values);
@@ -346,8 +310,7 @@ private:
     auto& mesh = builder_.mesh;
     std::int32_t material = -1;
     if (!texture_.empty()) {
-      material = static_cast<std::int32_t>(mesh.materials.size());
-      mesh.materials.push_back(white_material(texture_));
+      material = add_material(mesh, white_material(texture_));
       mesh.materials.back().look.base_map.picture = add_picture(mesh, texture_);
     }
     const auto shared = mesh.positions.size();

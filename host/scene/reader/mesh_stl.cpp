@@ -2,7 +2,6 @@
 // STL, binary (with the colours of Magics and of VisCAM) and text.
 #include <algorithm>
 #include <array>
-#include <cstring>
 
 #include "host/scene/reader/mesh_builder.hpp"
 #include "host/scene/reader/mesh_text.hpp"
@@ -13,17 +12,7 @@ namespace {
 
 constexpr std::size_t kHeader = 84, kFacet = 50;
 
-template <class T>
-T at(std::string_view bytes, std::size_t place) {
-  T value{};
-  std::memcpy(&value, bytes.data() + place, sizeof value);
-  return value;
-}
-
-glm::dvec3 vector_at(std::string_view bytes, std::size_t place) {
-  const auto v = at<std::array<float, 3>>(bytes, place);
-  return {v[0], v[1], v[2]};
-}
+glm::dvec3 vector_at(const char* place) { return number_at<glm::vec3>(place); }
 
 glm::vec4 colour_of(std::uint16_t attribute, bool red_is_low) {
   const auto part = [&](int shift) { return static_cast<float>(attribute >> shift & 31) / 31; };
@@ -36,27 +25,25 @@ Mesh read_binary(std::string_view bytes, std::uint64_t count) {
   const bool is_magics = mark != std::string_view::npos && mark + 10 <= 80;
   glm::vec4 general(1);
   for (std::size_t i = 0; i < 3 && is_magics; ++i)
-    general[static_cast<int>(i)] = at<std::uint8_t>(bytes, mark + 6 + i) / 255.0f;
+    general[static_cast<int>(i)] = number_at<std::uint8_t>(&bytes[mark + 6 + i]) / 255.0f;
   bool has_attributes = false, has_colours = is_magics;
   for (std::uint64_t i = 0; i < count; ++i) {
-    const auto attribute = at<std::uint16_t>(bytes, kHeader + kFacet * i + 48);
+    const auto attribute = number_at<std::uint16_t>(&bytes[kHeader + kFacet * i + 48]);
     has_attributes |= attribute != 0;
     has_colours |= (attribute & 0x8000) != 0;
   }
   std::vector<glm::vec4> colours;
-  builder.mesh.positions.reserve(3 * count);
-  builder.mesh.normals.reserve(3 * count);
-  builder.mesh.uvs.reserve(3 * count);
+  builder.reserve_vertices(3 * count);
   for (std::uint64_t i = 0; i < count; ++i) {
-    const auto place = kHeader + kFacet * i;
+    const auto* place = &bytes[kHeader + kFacet * i];
     std::array<std::uint32_t, 3> corners{};
     const auto where = [&] { return "facet " + std::to_string(i); };
     for (std::size_t k = 0; k < 3; ++k)
-      corners[k] = builder.add_vertex(vector_at(bytes, place + 12 * (k + 1)),
-                                      vector_at(bytes, place), glm::dvec2(0), where);
+      corners[k] = builder.add_vertex(vector_at(place + 12 * (k + 1)), vector_at(place),
+                                      glm::dvec2(0), where);
     builder.add_face(corners, -1, where);
     // Magics' bit is set where a facet has the general colour, VisCAM's where it has its own
-    const auto attribute = at<std::uint16_t>(bytes, place + 48);
+    const auto attribute = number_at<std::uint16_t>(place + 48);
     const bool is_own = has_attributes && ((attribute & 0x8000) != 0) != is_magics;
     if (has_colours)
       colours.insert(colours.end(), 3, is_own ? colour_of(attribute, is_magics) : general);
@@ -93,10 +80,10 @@ Mesh read_text(std::string_view bytes) {
       is_open = false;
     } else if (!key.empty() && key != "solid" && key != "outer" && key != "endloop" &&
                key != "endsolid" && key != "loop") {
-      throw InputError(lines.where() + ": \"" + key.substr(0, 40) + "\" is no word of an STL file");
+      lines.fail(word_in_quotes(key) + " is no word of an STL file");
     }
   }
-  if (is_open) throw InputError(lines.where() + ": the file ends within a facet");
+  if (is_open) lines.fail("the file ends within a facet");
   return builder.finish();
 }
 
@@ -105,7 +92,7 @@ Mesh read_text(std::string_view bytes) {
 Mesh read_stl(const std::filesystem::path& file) {
   const MappedFile mapped(file);
   const auto bytes = mapped.bytes();
-  const std::uint64_t count = bytes.size() < kHeader ? 0 : at<std::uint32_t>(bytes, 80);
+  const std::uint64_t count = bytes.size() < kHeader ? 0 : number_at<std::uint32_t>(&bytes[80]);
   const auto size = kHeader + kFacet * count;
   const auto start = lower(bytes.substr(0, 1000));
   const bool is_text =

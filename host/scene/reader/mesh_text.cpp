@@ -55,6 +55,10 @@ bool is_number(std::string_view word, double& value) {
   return is_number(other, value);
 }
 
+std::string word_in_quotes(std::string_view word) {
+  return '"' + std::string(word.substr(0, 40)) + '"';
+}
+
 std::string digits_of(double value) {
   std::array<char, 32> text{};
   const auto end =
@@ -127,10 +131,12 @@ double LineScanner::number() {
   const auto text = word();
   double value = 0;
   if (is_number(text, value)) return value;
-  if (text.empty()) throw InputError(where() + ": a number is missing");
-  throw InputError(where() + ": \"" + std::string(text.substr(0, 40)) + "\" is no number" +
-                   (text.find(',') == text.npos ? "" : "; decimals need a point, not a comma"));
+  if (text.empty()) fail("a number is missing");
+  fail(word_in_quotes(text) + " is no number" +
+       (text.find(',') == text.npos ? "" : "; decimals need a point, not a comma"));
 }
+
+void LineScanner::fail(const std::string& what) const { throw InputError(where() + ": " + what); }
 
 std::string LineScanner::where() const {
   return (file_.empty() ? "" : file_ + ", ") + "line " + std::to_string(line_);

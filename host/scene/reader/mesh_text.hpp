@@ -2,6 +2,7 @@
 /// Text files as words and numbers, whatever the program's locale is.
 #pragma once
 
+#include <cstring>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -25,6 +26,17 @@ private:
 /// True where all of the word is a number, also with Fortran's exponent: 1d0. It may be infinite.
 bool is_number(std::string_view word, double& value);
 
+/// A number as its bytes lie in a file.
+template <class T>
+T number_at(const char* place) {
+  T value;
+  std::memcpy(&value, place, sizeof value);
+  return value;
+}
+
+/// The start of a word, for messages, in quotes.
+std::string word_in_quotes(std::string_view word);
+
 /// The number with up to 6 digits.
 std::string digits_of(double value);
 
@@ -43,6 +55,11 @@ public:
   bool next_line();
   /// Goes to the next word of the line; it stops before #. Empty: there is none.
   std::string_view word();
+  /// The next word, where it stays.
+  std::string_view peek() const {
+    auto ahead = *this;
+    return ahead.word();
+  }
   /// The rest of the line, # and all, without blanks around it.
   std::string_view rest();
   /// The next word as a number.
@@ -50,6 +67,8 @@ public:
   double number();
   /// "line 7" or "red.mtl, line 7"
   std::string where() const;
+  /// Throws an InputError about the line.
+  [[noreturn]] void fail(const std::string& what) const;
   std::size_t line() const { return line_; }
   /// Where the current line starts, and the next.
   std::size_t begin() const { return begin_; }

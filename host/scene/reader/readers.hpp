@@ -5,9 +5,11 @@
 
 #include <cmath>
 #include <filesystem>
+#include <glm/common.hpp>
 #include <optional>
 
 #include "host/scene/mesh.hpp"
+#include "host/scene/vectors.hpp"
 
 namespace raywave {
 
@@ -35,6 +37,13 @@ GltfMotion read_gltf_motion(const std::filesystem::path& file);
 /// Linear light of an sRGB value, 0 to 1.
 inline float linear_from_srgb(float s) {
   return s <= 0.04045f ? s / 12.92f : std::pow((s + 0.055f) / 1.055f, 2.4f);
+}
+
+/// The same of a colour with alpha, cut to that range; white for what is not finite.
+inline glm::vec4 linear_colour_from_srgb(const glm::vec4& colour) {
+  if (!is_finite(colour)) return glm::vec4(1);
+  const auto c = glm::clamp(colour, 0.0f, 1.0f);
+  return {linear_from_srgb(c.r), linear_from_srgb(c.g), linear_from_srgb(c.b), c.a};
 }
 
 }  // namespace raywave

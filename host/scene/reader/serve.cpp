@@ -75,7 +75,6 @@ void serve(int argc, char** argv, const std::function<void(const std::vector<std
     _exit(2);
   }
   auto pipe = take_stdout();
-  const auto say = [&](Verdict verdict) { pipe.write(std::as_bytes(std::span(&verdict, 1))); };
   try {
     std::string failure;
     try {
@@ -92,7 +91,7 @@ void serve(int argc, char** argv, const std::function<void(const std::vector<std
           says("_M_default_append"))
         failure = "it asks for too much memory";
     }
-    say(failure.empty() ? Verdict::done : Verdict::failed);
+    pipe.write_value(failure.empty() ? Verdict::done : Verdict::failed);
     if (failure.empty())
       send(pipe);
     else

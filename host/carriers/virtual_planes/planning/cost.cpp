@@ -5,7 +5,6 @@
 #include <cmath>
 
 #include "host/carriers/virtual_planes/planning/errors.hpp"
-#include "host/plan/placed_lights.hpp"
 #include "kernels/gather/compact_layout.h"
 
 namespace raywave {
@@ -43,44 +42,40 @@ Nodes nodes_of(const VirtualPlanes& planes, const Plan& plan, const FrontView& v
       std::max(1, static_cast<int>(std::sqrt(tiles * view.size.x * view.size.y / most_looks)));
   const auto lights = static_cast<double>(
       directions_of(plan.lighting.lights, [](const Light& light) { return light.highlights; }));
-  for (int y = step / 2; y < view.size.y; y += step) {
-    for (int x = step / 2; x < view.size.x; x += step) {
-      const auto cell = view.cell(x, y);
-      const double z_m = view.depth_m[cell];
-      if (z_m == 0) continue;
-      const double weight = static_cast<double>(step) * step * view.sources[cell];
-      const double z0_m = plan.layer_at(z_m).distance_m;
-      const bool hidden = view.partly_hidden[cell];
-      for (const auto& tile : plan.tiling.tiles) {
-        const glm::dvec2 at_m = view.place_m(x, y, z_m) - tile.centre_m;
-        bool cut = false;
-        for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
-          const double across = std::abs(at_m[axis]) + half_m[axis];
-          cut |= across > plan.hologram.largest_sine[axis] * std::hypot(across, z_m) -
-                              cut_before * half_m[axis];
-        }
-        const double margin = hidden || cut      ? planes.rough_margin_px
-                              : view.shiny[cell] ? planes.highlight_margin_px
-                                                 : planes.margin_px;
-        const double lines =
-            hidden ? plan.samples.visibility_parts + 4
-                   : scan_lines_of(plan, view.shiny[cell] ? planes.most_lines() : planes.lines,
-                                   {at_m.x, -at_m.y, z_m}, z0_m);
-        glm::dvec2 sides;
-        double nodes = 0;
-        for (int axis = 0; axis < 2; ++axis) {
-          sides[axis] = footprint_side(planes, plan, axis, z_m, z0_m, margin);
-          nodes += in_packets((sides[axis] + COMPACT_SPARE_NODES + COMPACT_STEP / 2) / 2);
-        }
-        const double pixels = (sides.x + COMPACT_BIN) * sides.y;
-        all.nodes += weight * (nodes_of_sample +
-                               lines * (nodes * (cut ? 1 + nodes_of_cut : 1) +
-                                        (view.shiny[cell] ? nodes_of_highlight * lights : 0) +
-                                        nodes_of_pixel * pixels));
-        all.frame_nodes += weight * nodes_of_frame_pixel * pixels;
+  const auto add = [&](int x, int y, std::size_t cell, double z_m) {
+    const double weight = static_cast<double>(step) * step * view.sources[cell];
+    const double z0_m = plan.layer_at(z_m).distance_m;
+    const bool hidden = view.partly_hidden[cell];
+    for (const auto& tile : plan.tiling.tiles) {
+      const glm::dvec2 at_m = view.place_m(x, y, z_m) - tile.centre_m;
+      bool cut = false;
+      for (int axis = 0; axis < 2 && plan.beyond_diffraction; ++axis) {
+        const double across = std::abs(at_m[axis]) + half_m[axis];
+        cut |= across > plan.hologram.largest_sine[axis] * std::hypot(across, z_m) -
+                            cut_before * half_m[axis];
       }
+      const double margin = hidden || cut      ? planes.rough_margin_px
+                            : view.shiny[cell] ? planes.highlight_margin_px
+                                               : planes.margin_px;
+      const double lines =
+          hidden ? plan.samples.visibility_parts + 4
+                 : scan_lines_of(plan, view.shiny[cell] ? planes.most_lines() : planes.lines,
+                                 {at_m.x, -at_m.y, z_m}, z0_m);
+      glm::dvec2 sides;
+      double nodes = 0;
+      for (int axis = 0; axis < 2; ++axis) {
+        sides[axis] = footprint_side(planes, plan, axis, z_m, z0_m, margin);
+        nodes += in_packets((sides[axis] + COMPACT_SPARE_NODES + COMPACT_STEP / 2) / 2);
+      }
+      const double pixels = (sides.x + COMPACT_BIN) * sides.y;
+      all.nodes += weight * (nodes_of_sample +
+                             lines * (nodes * (cut ? 1 + nodes_of_cut : 1) +
+                                      (view.shiny[cell] ? nodes_of_highlight * lights : 0) +
+                                      nodes_of_pixel * pixels));
+      all.frame_nodes += weight * nodes_of_frame_pixel * pixels;
     }
-  }
+  };
+  view.for_surfaces(add, step);
   return all;
 }
 

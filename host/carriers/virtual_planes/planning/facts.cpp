@@ -8,6 +8,7 @@
 #include "host/carriers/virtual_planes/planning/planes.hpp"
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
+#include "host/plan/message_text.hpp"
 #include "kernels/gather/compact_layout.h"
 
 namespace raywave {
@@ -28,8 +29,7 @@ double propagation_error_of(const VirtualPlanes& planes, const Plan&) { return p
 
 void add_transform_memory(const VirtualPlanes& planes, const Plan&, FftBackend fft,
                           MemoryNeeds& needs) {
-  const auto bytes =
-      8 * static_cast<std::uint64_t>(planes.size.x) * static_cast<std::uint64_t>(planes.size.y);
+  const auto bytes = 8 * area_of(planes.size);
   if (fft != FftBackend::host) needs.device.push_back({"virtual plane", bytes, advice_for_planes});
   if (fft == FftBackend::clfft)
     needs.device.push_back({"work space of the transform", bytes, advice_for_planes});
@@ -47,8 +47,7 @@ double gathering_bytes(const VirtualPlanes&, const Plan& plan, double samples) {
 std::vector<std::pair<std::string, std::string>> report_rows(const VirtualPlanes& planes,
                                                              const Plan&) {
   const int lines = planes.most_lines();
-  return {{"virtual", "planes of " + std::to_string(planes.size.x) + " x " +
-                          std::to_string(planes.size.y) + ", " +
+  return {{"virtual", "planes of " + extent_text(planes.size) + ", " +
                           (planes.lines_tolerance > 0 && lines > 1 ? "up to " : "") +
                           std::to_string(lines) + (lines == 1 ? " scan line" : " scan lines") +
                           " of a sample; error predicted " + percent_text(planes.error())}};

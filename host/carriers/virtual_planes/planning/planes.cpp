@@ -59,20 +59,18 @@ std::string why_not_virtual_planes(const Scene& scene) {
 }
 
 std::string key_of_wrps(const Scene& scene) {
-  const WrpSpec wrp;
   const SamplingSpec sampling;
-  if (scene.wrp.padding != wrp.padding || scene.given.contains("wrp.padding")) return "wrp.padding";
-  if (scene.sampling.cone != sampling.cone || scene.given.contains("sampling.cone"))
-    return "sampling.cone";
-  if (scene.sampling.apodization != sampling.apodization ||
-      scene.given.contains("sampling.apodization"))
-    return "sampling.apodization";
+  for (const auto& [key, is_changed] :
+       {std::pair("wrp.padding", scene.wrp.padding != WrpSpec{}.padding),
+        {"sampling.cone", scene.sampling.cone != sampling.cone},
+        {"sampling.apodization", scene.sampling.apodization != sampling.apodization}})
+    if (is_changed || scene.given.contains(key)) return key;
   return "";
 }
 
 bool is_wider_than_light(const Plan& plan, glm::ivec2 tile_size) {
   const auto window_m = glm::dvec2(tile_size) * plan.hologram.pitch_m;
-  return std::any_of(plan.layers.begin(), plan.layers.end(), [&](const DepthLayer& layer) {
+  return std::ranges::any_of(plan.layers, [&](const DepthLayer& layer) {
     return glm::any(glm::greaterThan(
         window_m, plan.hologram.wavelength_m * std::abs(layer.distance_m) / plan.hologram.pitch_m));
   });
@@ -89,13 +87,11 @@ void place_virtual_planes(Plan& plan) {
   for (auto& layer : plan.layers) layer.grid = {1, 1};
   plan.wrps.clear();
   for (std::size_t tile = 0; tile < plan.tiling.tiles.size(); ++tile) {
-    for (std::size_t layer = 0; layer < plan.layers.size(); ++layer) {
-      Wrp wrp;
-      wrp.centre_m = {plan.tiling.tiles[tile].centre_m, plan.layers[layer].distance_m};
-      wrp.layer = layer;
-      wrp.tile = tile;
-      plan.wrps.push_back(std::move(wrp));
-    }
+    for (std::size_t layer = 0; layer < plan.layers.size(); ++layer)
+      plan.wrps.push_back(
+          {.centre_m = {plan.tiling.tiles[tile].centre_m, plan.layers[layer].distance_m},
+           .layer = layer,
+           .tile = tile});
   }
 }
 

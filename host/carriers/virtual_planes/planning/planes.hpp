@@ -27,9 +27,6 @@ WindowFunction window_function(const Plan& plan, int axis);
 /// pixel (size / 2). World.
 glm::dvec2 origin_of_tile(const Plan& plan, const Tile& tile);
 
-/// Those of a plan over virtual planes.
-inline const VirtualPlanes& planes_of(const Plan& plan) { return *plan.virtual_planes(); }
-
 /// The virtual planes of a plan whose tiles are set, with what the scene asks for.
 VirtualPlanes virtual_planes_of(const Plan& plan, const WrpSpec& wanted);
 

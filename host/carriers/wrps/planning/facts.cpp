@@ -9,13 +9,10 @@
 #include "host/common/text.hpp"
 #include "host/geometry/shared_types.hpp"
 #include "host/plan/footprint.hpp"
+#include "host/plan/message_text.hpp"
 
 namespace raywave {
 namespace {
-
-std::uint64_t area(glm::ivec2 sides) {
-  return static_cast<std::uint64_t>(sides.x) * static_cast<std::uint64_t>(sides.y);
-}
 
 /// Rows of padded planes that the host's transforms keep (host/propagate/propagator_host.cpp), at
 /// most: those of a tile's WRPs, which come back in their place. What is more than two padded
@@ -28,7 +25,7 @@ std::uint64_t host_transform_bytes(const SpectrumWrps& wrps, const Plan& plan) {
     for (auto wrp = first; wrp < end; ++wrp)
       rows += static_cast<std::uint64_t>(rows_kept(wrps, plan, plan.wrps[wrp]).count());
     const auto waiting = rows * static_cast<std::uint64_t>(plan.tiling.tile_size.x),
-               padded = area(wrps.padded);
+               padded = area_of(wrps.padded);
     most = std::max(most, waiting > 2 * padded ? 4 * padded : waiting);
   }
   return 8 * most;
@@ -68,10 +65,10 @@ void add_transform_memory(const SpectrumWrps& wrps, const Plan& plan, FftBackend
     needs.host_bytes += host_transform_bytes(wrps, plan);
   else
     for (const auto* name : {"padded plane", "sum of spectra"})
-      needs.device.push_back({name, 8 * area(wrps.padded), advice_for_planes});
+      needs.device.push_back({name, 8 * area_of(wrps.padded), advice_for_planes});
   if (fft == FftBackend::clfft)
     needs.device.push_back(
-        {"work space of the transform", 8 * area(wrps.padded), advice_for_planes});
+        {"work space of the transform", 8 * area_of(wrps.padded), advice_for_planes});
 }
 
 /// Projections, and the profiles of plane-wave samples: as wide as the widest footprint.
@@ -95,8 +92,7 @@ double gathering_bytes(const SpectrumWrps&, const Plan& plan, double samples) {
 
 std::vector<std::pair<std::string, std::string>> report_rows(const SpectrumWrps& wrps,
                                                              const Plan& plan) {
-  return {{"transform", std::to_string(wrps.padded.x) + " x " + std::to_string(wrps.padded.y) +
-                            " (padding " + number_text(wrps.padding) +
+  return {{"transform", extent_text(wrps.padded) + " (padding " + number_text(wrps.padding) +
                             "), propagation error predicted " +
                             percent_text(propagation_error_of(wrps, plan))}};
 }

@@ -68,17 +68,14 @@ void add_fan(const Scene& scene, const Plan& plan, Wrp& wrp) {
   }
 
   std::array<std::vector<double>, 2> tangents;
-  for (int axis = 0; axis < 2; ++axis) {
+  for (int axis = 0; axis < 2; ++axis)
     tangents[axis] = fan_tangents(window[axis], layer.distance_m, wrp.centre_m[axis], depth, p);
-  }
   wrp.fan = fan_of(tangents[0], tangents[1], plan.hologram.largest_sine);
 }
 
 Wrp plane_at_hologram(const Plan& plan, std::size_t tile, glm::dvec2 largest_tangent,
                       int rays_per_axis) {
-  Wrp plane;
-  plane.tile = tile;
-  plane.centre_m = {plan.tiling.tiles[tile].centre_m, 0};
+  Wrp plane{.centre_m = {plan.tiling.tiles[tile].centre_m, 0}, .tile = tile};
   std::array<std::vector<double>, 2> tangents;
   for (int axis = 0; axis < 2; ++axis) {
     const double step = 2 * largest_tangent[axis] / rays_per_axis;

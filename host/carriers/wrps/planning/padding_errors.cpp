@@ -57,7 +57,7 @@ public:
         low_m_(layer.min_m[axis] - tile_m),
         high_m_(layer.max_m[axis] - tile_m),
         fft_(next_fast_size(static_cast<std::size_t>(
-                 std::max({wide * n_, 2 * *std::max_element(padded_.begin(), padded_.end()),
+                 std::max({wide * n_, 2 * *std::ranges::max_element(padded_),
                            2 * n_ + static_cast<int>(wide_fringes * fringe_m() / pitch_m_)}))),
              false),
         wanted_(static_cast<std::size_t>(n_)),
@@ -84,7 +84,7 @@ public:
     }
   }
 
-  Squares squares(std::size_t padding) const { return squares(got_[padding], wanted_); }
+  Squares squares_of_field(std::size_t padding) const { return squares(got_[padding], wanted_); }
 
   /// Of what arrives over the WRPs with a padding against the samples' waves, as `cone` weighs.
   Squares squares_of_waves(std::size_t padding) const {
@@ -296,7 +296,7 @@ std::map<double, std::vector<double>> lines_along(const Plan& plan, const DepthL
     if (&plan.layer_of(wrp) == &layer) lines[tile_m].push_back(wrp.centre_m[axis] - tile_m);
   }
   for (auto& [tile_m, centres] : lines) {
-    std::sort(centres.begin(), centres.end());
+    std::ranges::sort(centres);
     centres.erase(std::unique(centres.begin(), centres.end()), centres.end());
     const std::size_t count = std::min(centres.size(), most_lines),
                       first = (centres.size() - count) / 2;
@@ -318,9 +318,9 @@ double share_of(const Plan& plan, const DepthLayer& layer) {
 
 /// Along both axes of all layers, squares are added up over the lines of WRPs.
 ///
-/// squares_of  of an axis with its lines' light and the number of a padding
+/// squares_of  an axis with its lines' light, by the number of a padding
 std::vector<double> predicted_errors(const Plan& plan, const std::vector<glm::ivec2>& padded,
-                                     const auto& squares_of) {
+                                     Squares (AxisOfLayer::*squares_of)(std::size_t) const) {
   std::vector<double> errors(padded.size());  // squares, at first
   for (const auto& layer : plan.layers) {
     for (int axis = 0; axis < 2; ++axis) {
@@ -334,7 +334,7 @@ std::vector<double> predicted_errors(const Plan& plan, const std::vector<glm::iv
           line.look_between(centres.front() - half_m, centres.back() + half_m);
         }
         for (const double centre_m : centres) line.add_padded(centre_m);
-        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add(squares_of(line, i));
+        for (std::size_t i = 0; i < padded.size(); ++i) squares[i].add((line.*squares_of)(i));
       }
       for (std::size_t i = 0; i < padded.size(); ++i)
         errors[i] += share_of(plan, layer) * squares[i].relative();
@@ -348,15 +348,11 @@ std::vector<double> predicted_errors(const Plan& plan, const std::vector<glm::iv
 
 std::vector<double> predicted_padding_errors(const Plan& plan,
                                              const std::vector<glm::ivec2>& padded) {
-  return predicted_errors(plan, padded, [](const AxisOfLayer& line, std::size_t padding) {
-    return line.squares(padding);
-  });
+  return predicted_errors(plan, padded, &AxisOfLayer::squares_of_field);
 }
 
 double predicted_wave_error(const Plan& plan, glm::ivec2 padded) {
-  return predicted_errors(plan, {padded}, [](const AxisOfLayer& line, std::size_t padding) {
-    return line.squares_of_waves(padding);
-  })[0];
+  return predicted_errors(plan, {padded}, &AxisOfLayer::squares_of_waves)[0];
 }
 
 }  // namespace raywave

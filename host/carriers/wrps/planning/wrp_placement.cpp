@@ -27,12 +27,11 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
   std::vector<Wrp> all;
   for (int row = 0; row < grid.size.y; ++row) {
     for (int column = 0; column < grid.size.x; ++column) {
-      Wrp wrp;
-      wrp.layer = number;
-      wrp.tile = tile;
-      wrp.centre_m = {grid.middle_m.x + (column - (grid.size.x - 1) / 2.0) * window.x,
-                      grid.middle_m.y - (row - (grid.size.y - 1) / 2.0) * window.y,
-                      layer.distance_m};
+      Wrp wrp{.centre_m = {grid.middle_m.x + (column - (grid.size.x - 1) / 2.0) * window.x,
+                           grid.middle_m.y - (row - (grid.size.y - 1) / 2.0) * window.y,
+                           layer.distance_m},
+              .layer = number,
+              .tile = tile};
       if (!plan.samples.aimed) add_fan(scene, plan, wrp);
       all.push_back(std::move(wrp));
     }
@@ -44,7 +43,7 @@ void add_wrps_side_by_side(const Scene& scene, const Plan& plan, std::size_t til
     return is_within(wrp.centre_m.x, passed[0], reach.x) &&
            is_within(wrp.centre_m.y, passed[1], reach.y);
   };
-  if (plan.samples.aimed && std::any_of(all.begin(), all.end(), is_near))
+  if (plan.samples.aimed && std::ranges::any_of(all, is_near))
     std::erase_if(all, [&](const Wrp& wrp) { return !is_near(wrp); });
   std::move(all.begin(), all.end(), std::back_inserter(wrps));
 }
