@@ -157,8 +157,8 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
                                             double clip, std::size_t buffer) {
   require_level_bytes(panel_->slm(), sizeof(Level));
   upload(window);
-  auto& [table, all_levels] = std::get<LevelBuffers<Level>>(level_buffers_);
-  auto& levels = all_levels.at(buffer);
+  auto& kept = std::get<LevelBuffers<Level>>(level_buffers_);
+  auto& levels = kept.levels.at(buffer);
   const auto pixels = area_of(window.size);
   if (levels.size() != pixels) levels = {device_, pixels, "hologram levels"};
   const bool cpu = device_.info().kind == cl::DeviceKind::cpu;
@@ -173,7 +173,7 @@ const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelW
   const auto first = panel_->first_px() + window.first;
   const auto run = [&](const auto& source) {
     kernel.run({columns, static_cast<std::size_t>(window.size.y)}, {cpu ? 1u : 64u, 1}, source,
-               added_, beam_, table, levels, window.size.x, window.size.y, first.x, first.y,
+               added_, beam_, kept.table, levels, window.size.x, window.size.y, first.x, first.y,
                inverse_clip, least_lit_, slm.invert ? -slm.levels_per_turn : slm.levels_per_turn);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);

@@ -84,7 +84,9 @@ const DepthLayer& Plan::layer_at(double z_m) const {
 }
 
 std::pair<std::size_t, std::size_t> Plan::wrps_of(std::size_t tile) const {
-  const auto [first, end] = std::ranges::equal_range(wrps, tile, {}, &Wrp::tile);
+  const auto [first, end] =
+      std::equal_range(wrps.begin(), wrps.end(), Wrp{.tile = tile},
+                       [](const Wrp& a, const Wrp& b) { return a.tile < b.tile; });
   return {static_cast<std::size_t>(first - wrps.begin()),
           static_cast<std::size_t>(end - wrps.begin())};
 }
