@@ -55,7 +55,9 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
             "with --no-field need; where the device compiles, --waves-on " +
                 device.index + " in place of --target"
           : "; raywave kernels -o " + folder.string() + " --device " + device.index +
-                " SCENE, without RAYWAVE_PROGRAM_DIR, builds what a scene needs";
+                " SCENE, with its --preset and --set, and without RAYWAVE_PROGRAM_DIR, builds what "
+                "a "
+                "scene needs";
   const auto binary = read_file(file);
   if (!binary || binary->empty())
     throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +

@@ -367,6 +367,12 @@ void show_live(const ViewArguments& options, LiveScene& scene, const Scene& file
     if (!options.report.prints_text()) continue;
     std::printf("%s\n", to.string().c_str());
     print_poses(hand.viewing);
+    for (std::size_t i = 0; i < file.objects.size(); ++i)
+      if (file.objects[i].width_m &&
+          hand.viewing.poses[i].rotation_deg != file.objects[i].rotation_deg)
+        options.report.note("object " + std::to_string(i) +
+                            ": its width scales the turned mesh; a unit in its place keeps the "
+                            "size that is seen here");
   }
 }
 

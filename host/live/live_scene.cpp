@@ -131,8 +131,14 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
     start_.push_back({object.position_m, object.rotation_deg});
   poses_ = start_;
   shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
+  const auto& plan = shown_.lasers[0].plan;
+  const auto& extent = plan.extent;
+  // The hologram's own plane has no picture
+  std::optional<double> focus_m;
+  if (std::abs(extent.near_m + extent.far_m) < 1e-2 * (extent.far_m - extent.near_m))
+    focus_m = extent.far_m;
   const auto spec =
-      preview_spec(positions_now(world_), shown_.lasers[0].plan, {}, {}, {0, 0}, scenes[0].viewer);
+      preview_spec(positions_now(world_), plan, focus_m, {}, {0, 0}, scenes[0].viewer);
   middle_m_ = spec.z_m;
   window_m_ = room * spec.window_m.value();
   size_px_ = glm::max(glm::ivec2(glm::round(static_cast<double>(longest) * window_m_ /
@@ -209,7 +215,7 @@ void LiveScene::require_time(const std::vector<Scene>& scenes) const {
     seconds += planning_.added_s(scenes[i], world_, shown_.lasers[i].plan);
   if (seconds > most_s)
     throw InputError(
-        format("so near the hologram, a picture takes about %.0f s; raywave render "
+        format("not moved: so near the hologram, a picture takes about %.0f s; raywave render "
                "makes it",
                seconds));
 }

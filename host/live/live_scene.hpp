@@ -68,7 +68,7 @@ public:
   LiveScene(const cl::Device& device, cl::FftBackend fft, World world, LivePlanning planning,
             int longest = 640);
 
-  /// As the scene file has it, focused on its middle.
+  /// As the scene file has it, focused on its middle, or its end where that is the hologram.
   Viewing start() const;
 
   /// What the plans have to say where objects are now. It takes longer than a hologram.

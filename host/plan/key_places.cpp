@@ -407,7 +407,7 @@ SpectrumPlanes exact_planes(glm::ivec2 size, glm::dvec2 pitch_m, double waveleng
   const auto window = window_m / pitch_m;
   const auto sides =
       glm::max((window + glm::dvec2(size)) / 2.0 + reach.stretch * reach.by_sine_m / pitch_m,
-               window) +
+               glm::max(window, glm::dvec2(size))) +
       1.0 * fringe;
   SpectrumPlanes planes;
   planes.pixels = 2 * padded_size((glm::ivec2(glm::ceil(sides)) + 1) / 2, 1);  // even

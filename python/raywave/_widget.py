@@ -60,6 +60,8 @@ class View(anywidget.AnyWidget):  # type: ignore[misc]
             values = values["colour"]["lasers"][0]["plan"]
         low, high = np.array(values["bounds_m"])
         sides, (x, y, z) = high - low, ((low + high) / 2).tolist()
+        if abs(z) < 1e-2 * sides[2]:  # the hologram's own plane has no picture
+            z = float(high[2])
         scene, depth = plan.scene, max(sides[2].item(), abs(z) / 10)
         if window is None:  # objects that turn leave their box; pixels show what they diffract to
             pitch, size = np.array(scene.pitch), np.array(scene.shape[::-1])

@@ -174,6 +174,20 @@ DEVICE_TEST("plans chosen while a turned scene is seen show what they show from 
   CHECK(mean_difference(scene.look(scene.start()).rgb, first.rgb) < 0.5);
 }
 
+DEVICE_TEST("a scene around the hologram begins in focus at its end, and is shown near it, too") {
+  const auto file = std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml";
+  auto scene = live(
+      device, load_scenes(file, {"hologram.resolution=[240, 136]", "object.0.position=[0, 0, 0]",
+                                 "object.0.width=0.8 mm", "sampling.pitch=20 um"}));
+  auto viewing = scene.start();
+  CHECK(viewing.focus_m > 0.1 * mm);
+  for (const double focus_m : {viewing.focus_m, 0.02 * mm, 0.5 * mm, 5 * mm}) {
+    viewing.focus_m = focus_m;
+    const auto rgb = scene.look(viewing).rgb;
+    CHECK(*std::max_element(rgb.begin(), rgb.end()) == 255);
+  }
+}
+
 TEST_CASE("poses turn as seen: about the hologram's axes, whatever they were turned by before") {
   for (const glm::dvec3 before : {glm::dvec3(0), {-17, 29, -8.5}, {10, 90, 40}, {200, -60, 170}}) {
     for (const glm::dvec3 by : {glm::dvec3(0, 30, 0), {25, 0, 0}, {10, -20, 300}}) {
