@@ -55,9 +55,8 @@ std::vector<unsigned char> load_program(const fs::path& folder, const ProgramSou
             "with --no-field need; where the device compiles, --waves-on " +
                 device.index + " in place of --target"
           : "; raywave kernels -o " + folder.string() + " --device " + device.index +
-                " SCENE, with its --preset and --set, and without RAYWAVE_PROGRAM_DIR, builds what "
-                "a "
-                "scene needs";
+                " SCENE, with its --preset and --set, builds what a scene needs, where "
+                "RAYWAVE_PROGRAM_DIR is not set";
   const auto binary = read_file(file);
   if (!binary || binary->empty())
     throw DeviceError(file.string() + " is missing: " + source.file + " with " + source.flags +

@@ -141,8 +141,8 @@ void run_kernels(const KernelsArguments& options) {
     if (!one.online_compiler)
       throw cl::DeviceError(one.name +
                             " has no online compiler; --target writes what an offline one needs");
-  if (waves_info && options.scenes.empty())
-    throw InputError("give a scene: what --waves-on and --target make depends on it");
+  if (options.scenes.empty() && (waves_info || options.goal.goal().any()))
+    throw InputError("give a scene: what --waves-on, --target and presets make depends on it");
   const std::filesystem::path folder(options.folder);
   if (toolchain && std::filesystem::exists(folder / "frame.cl"))
     throw InputError(in_quotes((folder / "frame.cl").string()) +

@@ -215,8 +215,7 @@ void LiveScene::require_time(const std::vector<Scene>& scenes) const {
     seconds += planning_.added_s(scenes[i], world_, shown_.lasers[i].plan);
   if (seconds > most_s)
     throw InputError(
-        format("not moved: so near the hologram, a picture takes about %.0f s; raywave render "
-               "makes it",
+        format("not moved: so near the hologram, a picture takes about %.0f s in raywave render",
                seconds));
 }
 

@@ -258,6 +258,7 @@ TEST_CASE(
         2);
   CHECK_SAYS(bytes_of(desk.file("stderr")), "frame.cl", ": is there");
   CHECK(run(program + " kernels --target aoc -o " + file("nothing")) == 2);
+  CHECK(run(program + " kernels --preset draft -o " + file("nothing")) == 2);
   CHECK_FALSE(fs::exists(desk.folder() / "nothing"));
 }
 
