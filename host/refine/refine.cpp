@@ -14,6 +14,7 @@
 #include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/refine/light.hpp"
+#include "host/refine/panel_light.hpp"
 #include "host/refine/sample_picture.hpp"
 
 namespace raywave {
@@ -95,6 +96,12 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
     needs.push_back({"blurred intensity", wides[slot] * 4, advice});
   }
   cl::require_memory(device, needs);
+}
+
+/// Work-items for rows that kernels/refine/refine.cl takes ROWS_TOGETHER.
+int blocks_of(int rows) {
+  constexpr int together = 4;
+  return (rows + together - 1) / together;
 }
 
 /// Keys that an iteration takes together: numbers from first to the one before end.
@@ -214,18 +221,21 @@ public:
     pictures_.resize(keys.size());
 
     auto& threads = cl::Threads::shared();
-    std::vector<std::vector<float>> targets(keys.size());
-    threads.for_each(threads.count(), keys.size(), 1, [&](std::size_t, std::size_t key) {
-      targets[key] = keys[key].samples
-                         ? refinement::sample_picture(optics, grids[key], *keys[key].samples)
-                         : refinement::blurred_target(optics, keys[key], grids[key]);
+    targets_.resize(keys.size());
+    scratch_.resize(threads.count());
+    threads.for_each(threads.count(), keys.size(), 1, [&](std::size_t thread, std::size_t key) {
+      if (keys[key].samples)
+        refinement::sample_picture(optics, grids[key], *keys[key].samples, targets_[key],
+                                   scratch_[thread]);
+      else
+        targets_[key] = refinement::blurred_target(optics, keys[key], grids[key]);
     });
     for (std::size_t key = 0; key < keys.size(); ++key) {
       const auto& grid = grids[key];
       const glm::ivec2 margin =
           keys[key].samples ? glm::ivec2(grid.margin_x(), grid.radius_y()) : glm::ivec2(0);
       refinement::ask_for_more(optics, grid, grid.region_first - margin,
-                               grid.region_size + 2 * margin, targets[key]);
+                               grid.region_size + 2 * margin, targets_[key]);
       const auto on_device = [&](const std::vector<float>& values) {
         return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
       };
@@ -234,13 +244,12 @@ public:
       if (keys[key].samples) {
         picture.weights_x = on_device(grid.sample_weights_x);
         picture.weights_y = on_device(grid.sample_weights_y);
-        wide_.write(targets[key]);
+        wide_.write(targets_[key]);
         blur_rows(grid, picture);
         add_picture(grid, picture, picture.target, false);
       } else {
-        picture.target.write(targets[key]);
+        picture.target.write(targets_[key]);
       }
-      targets[key] = {};
       picture.weights_x = on_device(grid.weights_x);
       picture.weights_y = on_device(grid.weights_y);
       picture.light = known_light(grid, picture.target, picture.target);
@@ -302,7 +311,7 @@ public:
     const auto& picture = pictures_[key];
     const auto part = light_.read_back(key);
     const bool has_former = number > 1;
-    run_rows(device_, correct_, part.size.x, part.size.y, light_.plane(key), grid.size.x,
+    run_rows(device_, correct_, part.size.x, blocks_of(part.size.y), light_.plane(key), grid.size.x,
              blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
              has_former ? picture.former : picture.target, static_cast<std::int32_t>(has_former),
              static_cast<float>(number / scale_), grid.region_first.x, grid.region_first.y,
@@ -345,8 +354,9 @@ private:
   /// Adds the intensity that is blurred along x to a sum of such, blurred along y too.
   void add_picture(const PictureGrid& grid, const Picture& picture, cl::Buffer<float>& sum,
                    bool accumulate) {
-    run_rows(device_, add_picture_, grid.region_size.x, grid.region_size.y, blurred_of(grid),
-             picture.weights_y, static_cast<std::int32_t>(picture.weights_y.size()) - 1, sum,
+    run_rows(device_, add_picture_, grid.region_size.x, blocks_of(grid.region_size.y),
+             blurred_of(grid), picture.weights_y,
+             static_cast<std::int32_t>(picture.weights_y.size()) - 1, sum,
              static_cast<std::int32_t>(accumulate), grid.region_size.x, grid.region_size.y,
              grid.radius_y());
   }
@@ -371,6 +381,8 @@ private:
   std::vector<Picture> pictures_;
   std::vector<cl::Buffer<float>> blurred_;  // by slot
   cl::Buffer<float> wide_, shown_, row_sums_;
+  // On the host: what of the keys is wanted, and of each thread
+  std::vector<std::vector<float>> targets_, scratch_;
   double scale_ = 1, unit_ = 1;
 };
 
@@ -419,6 +431,17 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     result.figures.exact_keys += propagation != Propagation::fresnel;
     grids.push_back(picture_grid(optics, key, propagation));
   }
+  std::optional<refinement::PanelLight> panel;
+  if (spec.panel) panel.emplace(device, spec.panel);
+  const auto look = [&](int frame, const Round& round) {
+    if (panel) panel->show(holograms, frame);
+    panel ? loop.look(panel->light(), 0, round) : loop.look(holograms, frame, round);
+  };
+  const auto correct = [&](int frame, const Round& round, double step) {
+    if (!panel) return loop.correct(holograms, frame, round, frame + 1, step);
+    loop.correct(panel->modulated(), 0, round, frame + 1, step);
+    panel->turn(holograms, frame);
+  };
   const auto rounds = rounds_of(keys);
   for (const auto& round : rounds) {
     for (auto key = round.first; key < round.end; ++key)
@@ -445,8 +468,8 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
       const auto trial_began = Clock::now();
       const auto& round = rounds[static_cast<std::size_t>(trial) * (rounds.size() - 1) /
                                  static_cast<std::size_t>(trials - 1)];
-      loop.look(holograms, 0, round);
-      loop.correct(holograms, 0, round, 1, 0);
+      look(0, round);
+      correct(0, round, 0);
       device.finish();
       if (trial > 0) each_s += seconds_since(trial_began) / (trials - 1);
     }
@@ -462,13 +485,14 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     draw.begin_frame(iterations);
     for (int t = 0; t < iterations; ++t) {
       const auto& round = rounds[t == 0 && !spec.in_order ? bright_round : draw.next()];
-      loop.look(holograms, frame, round);
+      look(frame, round);
       if (t == 0) loop.keep_brightness(round, frame + 1, spec.brightness);
-      loop.correct(holograms, frame, round, frame + 1,
-                   spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
+      correct(frame, round, spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
       report(name, (frame + (t + 1.0) / iterations) / frames);
     }
-    if (frame + 1 < frames) loop.add_frame(holograms, frame);
+    if (frame + 1 == frames) break;
+    if (panel) panel->show(holograms, frame);
+    panel ? loop.add_frame(panel->light(), 0) : loop.add_frame(holograms, frame);
   }
   device.finish();
   result.figures.loop_s = seconds_since(began);

@@ -19,6 +19,7 @@
 
 #include "cl/fft.hpp"
 #include "host/common/npy.hpp"
+#include "host/encode/panel.hpp"
 #include "host/plan/key_places.hpp"
 #include "host/refine/picture_grid.hpp"
 
@@ -39,6 +40,8 @@ struct RefineSpec {
   double brightness = 1;
   double padding = refine_padding;  // padding of the Fresnel propagation
   refinement::Showing showing{};
+  // Shows other light than the phases (refinement::panel_to_know); null: their own
+  std::shared_ptr<const Panel> panel{};
   std::uint32_t seed = 1;  // seed of the order in which rounds are drawn
   // Rounds are taken one after the other, as they come; in the order of the seed otherwise, each as
   // often as Key::times asks for

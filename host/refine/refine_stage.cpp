@@ -7,6 +7,7 @@
 #include "host/common/text.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/plan/message_text.hpp"
+#include "host/refine/panel_light.hpp"
 
 namespace raywave {
 
@@ -27,6 +28,7 @@ RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::
   spec.showing.fill = slm.fill;
   spec.showing.carrier = carrier_of(slm, pitch_m, wavelength_m);
   spec.showing.source = source_spread(slm, pitch_m, wavelength_m);
+  spec.panel = refinement::panel_to_know(slm, size, pitch_m, wavelength_m);
   return spec;
 }
 

@@ -64,6 +64,8 @@ public:
   ///
   /// keep_phases  Refined::phases are wanted
   Refined finish(bool keep_phases);
+  /// Frees the device's memory.
+  void release() { refiner_.reset(); }
 
 private:
   cl::Device device_;

@@ -183,21 +183,36 @@ __kernel void blur_rows(const __global float* restrict wide, const __global floa
   }
 }
 
-// Blur along y: one packet of the region, from rows that are blurred along x. `blurred` points at
-// the row's own samples.
-static inline floatv blurred_column(const __global float* blurred, int region_nx,
-                                    const __global float* weights, int radius) {
-  floatv sum = weights[0] * LANES_LOAD(blurred);
-  for (int k = 1; k <= radius; ++k) {
-    const size_t away = (size_t)region_nx * (size_t)k;
-    sum += weights[k] * (LANES_LOAD(blurred - away) + LANES_LOAD(blurred + away));
+// Rows that are blurred along y side by side, and share what is read of those around them.
+#define ROWS_TOGETHER 4
+
+// Blur along y: packets of `count` rows of the region, from rows that are blurred along x.
+// `blurred` points at the first one's own samples.
+static inline void blurred_columns(const __global float* blurred, int region_nx,
+                                   const __global float* weights, int radius, int count,
+                                   floatv* sums) {
+  floatv a = (floatv)(0.0f), b = a, c = a, d = a;
+  float of_a = 0.0f, of_b = 0.0f, of_c = 0.0f, of_d = 0.0f;  // weights of this row in theirs
+  for (int k = -radius; k < radius + count; ++k) {
+    of_d = of_c;
+    of_c = of_b;
+    of_b = of_a;
+    of_a = k <= radius ? weights[abs(k)] : 0.0f;
+    const floatv here = LANES_LOAD(blurred + (ptrdiff_t)region_nx * k);
+    a += of_a * here;
+    b += of_b * here;
+    c += of_c * here;
+    d += of_d * here;
   }
-  return sum;
+  sums[0] = a;
+  sums[1] = b;
+  sums[2] = c;
+  sums[3] = d;
 }
 
 // plane: (c - 1) plane in the region, zero elsewhere in its rows first_row to first_row + rows - 1
 // and columns first_column to first_column + columns - 1. c is the root of what the picture lacks:
-// wanted * target - former, over its own intensity.
+// wanted * target - former, over its own intensity. A work-item takes ROWS_TOGETHER rows.
 //
 // target  radiance, blurred; negative where nothing is known of it: c = 1
 // former  intensities of the frames before, summed; has_former 0: none, and not read
@@ -208,29 +223,35 @@ __kernel void correct(__global float2* restrict plane, int nx,
                       const __global float* restrict target, const __global float* restrict former,
                       int has_former, float wanted, int x0, int y0, int region_nx, int region_ny,
                       int margin_y, int first_column, int columns, int first_row, int rows) {
-  if ((int)get_global_id(1) >= rows) return;
-  const int y = first_row + (int)get_global_id(1), row = y - y0;
-  __global float2* samples = plane + (size_t)nx * (size_t)y + first_column;
-  const int inside = row >= 0 && row < region_ny;
-  const size_t at = (size_t)region_nx * (size_t)(inside ? row : 0);
-  const __global float* rows_blurred = blurred + at + (size_t)region_nx * (size_t)margin_y;
+  const int first = ROWS_TOGETHER * (int)get_global_id(1), end = min(first + ROWS_TOGETHER, rows),
+            beside = first_row - y0;  // from these rows to the region's
+  if (first >= rows) return;
+  const int low = max(first, -beside), high = min(end, region_ny - beside);  // in the region
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
     const int column = first_column + i - x0;
-    floatv re = 0.0f, im = 0.0f;
-    if (inside && column >= 0 && column < region_nx) {
-      const floatv known = LANES_LOAD(target + at + column);
-      const floatv before = has_former ? LANES_LOAD(former + at + column) : (floatv)(0.0f);
-      const floatv shown = blurred_column(rows_blurred + column, region_nx, weights, radius);
-      const floatv lacks = fmax(wanted * known - before, (floatv)(0.0f));
-      const floatv ratio =
-          fmin(fmax(lacks / fmax(shown, (floatv)(1e-30f)), (floatv)(0.1f)), (floatv)(8.0f));
-      const floatv change = LANES_SELECT((floatv)(0.0f), sqrt(ratio) - 1.0f, known >= 0.0f);
-      load_complex(samples + i, &re, &im);
-      re *= change;
-      im *= change;
+    const bool inside = column >= 0 && column < region_nx;
+    floatv shown[ROWS_TOGETHER];
+    if (inside && low < high)
+      blurred_columns(blurred + (size_t)region_nx * (size_t)(margin_y + low + beside) + column,
+                      region_nx, weights, radius, high - low, shown);
+    for (int row = first; row < end; ++row) {
+      __global float2* samples = plane + (size_t)nx * (size_t)(first_row + row) + first_column + i;
+      floatv re = 0.0f, im = 0.0f;
+      if (inside && row >= low && row < high) {
+        const size_t at = (size_t)region_nx * (size_t)(row + beside) + column;
+        const floatv known = LANES_LOAD(target + at);
+        const floatv before = has_former ? LANES_LOAD(former + at) : (floatv)(0.0f);
+        const floatv lacks = fmax(wanted * known - before, (floatv)(0.0f));
+        const floatv ratio = fmin(
+            fmax(lacks / fmax(shown[row - low], (floatv)(1e-30f)), (floatv)(0.1f)), (floatv)(8.0f));
+        const floatv change = LANES_SELECT((floatv)(0.0f), sqrt(ratio) - 1.0f, known >= 0.0f);
+        load_complex(samples, &re, &im);
+        re *= change;
+        im *= change;
+      }
+      store_complex(re, im, samples);
     }
-    store_complex(re, im, samples + i);
   }
 }
 
@@ -251,20 +272,24 @@ __kernel void sum_known(const __global float* restrict values,
   sums[row] = all;
 }
 
-// sum (+)= the blurred intensity in the region.
+// sum (+)= the blurred intensity in the region. A work-item takes ROWS_TOGETHER rows.
 __kernel void add_picture(const __global float* restrict blurred,
                           const __global float* restrict weights, int radius,
                           __global float* restrict sum, int accumulate, int region_nx,
                           int region_ny, int margin_y) {
-  const int row = (int)get_global_id(1);
-  if (row >= region_ny) return;
+  const int row = ROWS_TOGETHER * (int)get_global_id(1),
+            count = min(ROWS_TOGETHER, region_ny - row);
+  if (count <= 0) return;
   const __global float* rows_blurred = blurred + (size_t)region_nx * (size_t)(margin_y + row);
   __global float* target = sum + (size_t)region_nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
   for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < region_nx; i += step) {
-    floatv value = blurred_column(rows_blurred + i, region_nx, weights, radius);
-    if (accumulate) value += LANES_LOAD(target + i);
-    LANES_STORE(value, target + i);
+    floatv values[ROWS_TOGETHER];
+    blurred_columns(rows_blurred + i, region_nx, weights, radius, count, values);
+    for (int k = 0; k < count; ++k) {
+      __global float* at = target + (size_t)region_nx * (size_t)k + i;
+      LANES_STORE(accumulate ? values[k] + LANES_LOAD(at) : values[k], at);
+    }
   }
 }
 

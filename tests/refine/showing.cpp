@@ -78,6 +78,21 @@ DEVICE_TEST("refinement that knows the beam, the fill or the source is better wh
   check_better(device, "bandwidth", slm, 3);
 }
 
+DEVICE_TEST("refinement that knows the panel's pixels is better where they are so") {
+  SlmSpec slm;
+  slm.crosstalk.sigma_m = 2e-6;
+  check_better(device, "crosstalk", slm, 15);
+  slm = {};
+  slm.undiffracted = 0.05;
+  check_better(device, "undiffracted light", slm, 22);
+  slm = {};
+  for (int level = 0; level < 256; ++level) {
+    slm.lut.values.push_back(level / 256.0);
+    slm.lut.amplitudes.push_back(1 - 0.4 * level / 255.0);
+  }
+  check_better(device, "amplitudes that come with phases", slm, 14);
+}
+
 DEVICE_TEST("an even beam of numbers gives the phases that no beam gives") {
   const auto key = bars();
   RefineSpec spec{.pitch_m = glm::dvec2(pitch_m),
