@@ -67,6 +67,7 @@ struct Renderer::State {
     std::vector<std::string> cautions;   // notes
     std::unique_ptr<Stages> stages;      // null before the first plan
     std::optional<std::uint64_t> as_of;  // State::changes_ that the plan knows
+    double radiance_unit = 1;            // of the last picture (DeviceScene)
   };
 
   /// world           null: is built
@@ -74,8 +75,12 @@ struct Renderer::State {
   State(const cl::Device& device, std::vector<Scene> scenes, std::optional<World> world,
         RenderOptions options, bool one_at_a_time = false);
 
-  std::vector<RenderResult> render_lasers();
+  Rendered render_lasers();
   RenderResult render(Laser& laser);
+  /// All but the last of its encoding.
+  RenderResult compute(Laser& laser);
+  /// Takes the levels, which show amplitudes up to RenderResult::clip.
+  void complete(Laser& laser, RenderResult& result);
   /// Of the scene of each laser.
   void change(const std::function<void(Scene&)>& change_scene);
   void set_pose(std::size_t object, glm::dvec3 position_m, glm::dvec3 rotation_deg,
@@ -86,7 +91,7 @@ struct Renderer::State {
   void make_first_plan(Laser& laser);
   CarrierOptions carrier_options(Laser& laser);
   void keep_plane(Laser& laser, std::size_t wrp, const cl::ComplexBuffer& stack, int plane);
-  RenderResult finish(Laser& laser);
+  RenderResult result_of(Laser& laser);
 
   std::size_t number_of(const Laser& laser) const {
     return static_cast<std::size_t>(&laser - lasers_.data());
@@ -100,6 +105,11 @@ struct Renderer::State {
     return options_.waves_device ? *options_.waves_device : device_;
   }
   MemoryLimits limits() const;
+  /// Lasers that share one scale may have to be encoded anew when the brightest is known.
+  bool holds_fields(Encoding encoding, int frames) const {
+    return options_.keep_field ||
+           (lasers_.size() > 1 && encoding != Encoding::phase && (one_at_a_time_ || frames > 1));
+  }
 
   cl::Device device_;
   RenderOptions options_;
@@ -117,12 +127,13 @@ struct Renderer::State {
 /// Computes a picture. Fields stay on the device from the first ray to the last grey level. Tiles
 /// come one after another, so that memory for one is enough. Frames differ in their random phases
 /// only.
-RenderResult Renderer::State::render(Laser& laser) {
+RenderResult Renderer::State::compute(Laser& laser) {
   prepare(laser);
   const auto& plan = laser.plan;
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
   refiner.prepare(plan, refine_start(laser));
-  const double unit = std::sqrt(traced_.scene().radiance_unit);
+  laser.radiance_unit = traced_.scene().radiance_unit;
+  const double unit = std::sqrt(laser.radiance_unit);
   encoder.prepare(plan, options_.clip ? std::optional(*options_.clip / unit) : std::nullopt,
                   options_.tile);
   kept.assign(options_.keep_wrps ? plan.wrps.size() : 0, {});
@@ -134,18 +145,60 @@ RenderResult Renderer::State::render(Laser& laser) {
   refiner.run(traced_.scene(), traced_.table().get());
   for (int frame = 0; plan.refine && frame < plan.hologram.frames; ++frame)
     encoder.run_whole(refiner.phases(frame), frame);
-  return finish(laser);
+  encoder.run_waiting();
+  return result_of(laser);
 }
 
-std::vector<RenderResult> Renderer::State::render_lasers() {
-  std::vector<RenderResult> results;
+void Renderer::State::complete(Laser& laser, RenderResult& result) {
+  auto& encoder = laser.stages->encoder;
+  const double unit = std::sqrt(laser.radiance_unit);
+  // Frames have clips of their own
+  const bool has_own = lasers_.size() == 1 || (result.plan.hologram.frames == 1 &&
+                                               result.clip == encoder.own_clip() * unit);
+  if (!options_.clip && !has_own) encoder.show_up_to(result.clip / unit);
+  encoder.finish(laser.radiance_unit);
+  const bool has_samples = !result.plan.samples.aimed || result.samples > 0;
+  if (encoder.is_dark() && has_samples && !options_.tile)  // others may have light
+    result.notes.emplace_back(
+        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
+  result.levels = std::move(encoder.levels);
+  result.light = std::move(encoder.light);
+  result.field = std::move(encoder.field);
+  const auto times = std::exchange(times_, {});
+  for (const auto& [stage, s] : times.wall_s) result.seconds[stage] += s;
+  for (const auto& [stage, s] : times.processor_s) result.processor_seconds[stage] += s;
+}
+
+RenderResult Renderer::State::render(Laser& laser) {
+  auto result = compute(laser);
+  complete(laser, result);
+  return result;
+}
+
+Rendered Renderer::State::render_lasers() {
+  Rendered all;
+  double clip = 0;
   for (auto& laser : lasers_) {
-    results.push_back(render(laser));
+    all.lasers.push_back(compute(laser));
+    clip = std::max(clip, all.lasers.back().clip);
     if (!one_at_a_time_) continue;
     ready_ = nullptr;
-    laser.stages = nullptr;
+    laser.stages->carrier = nullptr;
+    laser.stages->refiner.release();
   }
-  return results;
+  std::vector<double> needs;
+  for (auto& laser : lasers_) {
+    auto& result = all.lasers[number_of(laser)];
+    if (result.clip > 0) result.clip = clip;
+    complete(laser, result);
+    if (lasers_.size() == 1) continue;
+    all.energies.push_back(
+        laser_need(result.light, area_of(result.plan.hologram.size), Encoding::phase));
+    needs.push_back(laser_need(result));
+  }
+  all.powers = lasers_.size() == 1 ? std::vector<double>{1}
+                                   : laser_powers(lasers_[0].scene.colour.value().lasers, needs);
+  return all;
 }
 
 void Renderer::State::change(const std::function<void(Scene&)>& change_scene) {
@@ -201,7 +254,8 @@ void Renderer::State::make_plan(Laser& laser) {
 }
 
 CarrierOptions Renderer::State::carrier_options(Laser& laser) {
-  CarrierOptions options{options_.fft, options_.keep_field, {}, {}};
+  CarrierOptions options{
+      options_.fft, holds_fields(laser.plan.slm.encoding, laser.plan.hologram.frames), {}, {}};
   options.filling = [this, &laser](std::size_t wrp, int frame) {
     const auto& plan = laser.plan;
     const auto [first, end] = plan.wrps_of(plan.wrps[wrp].tile);
@@ -284,10 +338,11 @@ MemoryLimits Renderer::State::limits() const {
 
 /// Plans the scene in as few tiles as memory allows.
 void Renderer::State::make_first_plan(Laser& laser) {
-  auto& [scene, plan, cautions, stages, as_of] = laser;
+  auto& [scene, plan, cautions, stages, as_of, radiance_unit] = laser;
   const auto limits =
       this->limits().for_one_of(one_at_a_time_ ? 1 : static_cast<int>(lasers_.size()));
-  const MemoryUse use{options_.method, options_.fft, options_.keep_field,
+  const MemoryUse use{options_.method, options_.fft,
+                      holds_fields(scene.slm.encoding, scene.sampling.frames),
                       options_.tile.has_value()};
   const auto* from = base_plan(laser);
   plan =
@@ -306,7 +361,12 @@ void Renderer::State::make_first_plan(Laser& laser) {
   };
   stages.reset(new Stages{nullptr,
                           {device_, options_.fft, times_, std::move(progress)},
-                          {waves_device(), options_.keep_field, times_},
+                          {waves_device(),
+                           {.keep_field = options_.keep_field,
+                            .count_light = scene.colour.has_value(),
+                            .share_clip = lasers_.size() > 1,
+                            .field_stays = !one_at_a_time_},
+                           times_},
                           {}});
 }
 
@@ -329,8 +389,8 @@ void Renderer::State::keep_plane(Laser& laser, std::size_t wrp, const cl::Comple
   kept.samples.insert(kept.samples.end(), samples.begin(), samples.end());
 }
 
-/// Completes a picture, with what the user should know of it.
-RenderResult Renderer::State::finish(Laser& laser) {
+/// What the user should know of a picture.
+RenderResult Renderer::State::result_of(Laser& laser) {
   const auto& plan = laser.plan;
   auto& [carrier, refiner, encoder, kept] = *laser.stages;
   const double radiance_unit = traced_.scene().radiance_unit;
@@ -342,21 +402,15 @@ RenderResult Renderer::State::finish(Laser& laser) {
   carrier->add_notes(of_carrier);
   add_lines(result.notes, of_carrier);
   if (plan.refine) result.refined = refiner.finish(options_.keep_field);
-  encoder.finish(radiance_unit);
   add_material_notes(material_notes(laser.scene, world_), result.notes);
   result.found = world_.found;
   if (table && table->count == 0)
     result.notes.emplace_back(
         "the hologram is dark: no ray of the lattice meets a surface; objects are thinner than "
         "sampling.pitch, or lie where the pixels cannot show them");
-  else if (encoder.is_dark() && !options_.tile)  // others may have light
-    result.notes.emplace_back(
-        "the hologram is dark: no light comes from the scene at angles that its pixels can show");
   result.plan = plan;
-  result.levels = std::move(encoder.levels);
   result.panel = encoder.panel();
   result.clip = encoder.own_clip() * std::sqrt(radiance_unit);
-  result.field = std::move(encoder.field);
   result.samples = table ? table->count : 0;
   result.hidden_samples = table ? table->hidden : 0;
   report(laser, "done", 1);
@@ -437,7 +491,7 @@ RenderResult Renderer::render() {
   }
 }
 
-std::vector<RenderResult> Renderer::render_lasers() {
+Rendered Renderer::render_lasers() {
   try {
     return state_->render_lasers();
   } catch (...) {
@@ -455,42 +509,11 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
   return Renderer(device, scene, world, options).render();
 }
 
-namespace {
-
-std::span<const std::complex<float>> first_frames(const FieldStack& field,
-                                                  std::optional<int> frames) {
-  const auto all = field.samples.size();
-  return std::span(field.samples)
-      .first(frames
-                 ? all / static_cast<std::size_t>(field.frames) * static_cast<std::size_t>(*frames)
-                 : all);
-}
-
-/// Sum of |u|^2, of each at most `most`; the same for any number of threads.
-double light_of(std::span<const std::complex<float>> samples,
-                double most = std::numeric_limits<double>::infinity()) {
-  constexpr std::size_t range = cl::Threads::range;
-  std::vector<double> sums((samples.size() + range - 1) / range);
-  auto& threads = cl::Threads::shared();
-  threads.for_each(threads.count(), sums.size(), 8, [&](std::size_t, std::size_t i) {
-    for (const auto& u :
-         samples.subspan(i * range).first(std::min(range, samples.size() - i * range)))
-      sums[i] += std::min(std::norm(std::complex<double>(u)), most);
-  });
-  return std::accumulate(sums.begin(), sums.end(), 0.0);
-}
-
-}  // namespace
-
-double mean_light_of(const FieldStack& field, std::optional<int> frames) {
-  const auto samples = first_frames(field, frames);
-  return samples.empty() ? 0 : light_of(samples) / static_cast<double>(samples.size());
-}
-
-double clipping_loss(const FieldStack& field, double clip, std::optional<int> frames) {
-  const auto samples = first_frames(field, frames);
-  const double shown = light_of(samples, clip * clip);
-  return shown > 0 ? light_of(samples) / shown : 1;
+double mean_light_of(const FieldStack& field) {
+  const auto& all = field.samples;
+  return std::transform_reduce(all.begin(), all.end(), 0.0, std::plus<>(),
+                               [](std::complex<double> u) { return std::norm(u); }) /
+         static_cast<double>(std::max<std::size_t>(1, all.size()));
 }
 
 std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
@@ -500,10 +523,19 @@ std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers) {
   return lines_of_lasers(notes);
 }
 
+double laser_need(std::span<const ShownLight> light, std::size_t pixels, Encoding encoding) {
+  ShownLight sum;
+  for (const auto& frame : light) sum += frame;
+  if (encoding == Encoding::phase) return sum.all / static_cast<double>(light.size() * pixels);
+  return sum.shown > 0 ? sum.all / sum.shown : 1;
+}
+
 double laser_need(const RenderResult& result, std::optional<int> frames) {
   if (result.refined) return 1 / result.refined->brightness;
-  if (result.plan.slm.encoding == Encoding::phase) return mean_light_of(result.field, frames);
-  return clipping_loss(result.field, result.clip * amplitude_unit_m(result.plan), frames);
+  const auto& light = result.light;
+  return laser_need(std::span(light).first(
+                        static_cast<std::size_t>(frames.value_or(static_cast<int>(light.size())))),
+                    area_of(result.plan.hologram.size), result.plan.slm.encoding);
 }
 
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs) {
@@ -517,46 +549,10 @@ std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<doubl
   return powers;
 }
 
-namespace {
-
-/// Encodes fields that show amplitudes up to the same one.
-void share_scale(const cl::Device& device, std::vector<RenderResult>& lasers) {
-  double clip = 0;
-  for (const auto& laser : lasers) clip = std::max(clip, laser.clip);
-  for (auto& laser : lasers) {
-    if (laser.plan.slm.encoding == Encoding::phase || laser.clip == clip) continue;
-    Encoder encoder(device, laser.panel);
-    encoder.show_up_to(clip * amplitude_unit_m(laser.plan));
-    laser.levels = encode(device, encoder, laser.field);
-    laser.clip = clip;
-  }
-}
-
-}  // namespace
-
-Rendered rendered_of(const cl::Device& device, const std::vector<Scene>& scenes,
-                     std::vector<RenderResult> lasers, bool keep_field) {
-  if (lasers.size() == 1) return {std::move(lasers), {}, {1}};
-  Rendered result;
-  result.lasers = std::move(lasers);
-  share_scale(device, result.lasers);
-  std::vector<double> needs;
-  for (auto& laser : result.lasers) {
-    result.energies.push_back(mean_light_of(laser.field));
-    needs.push_back(laser_need(laser));
-    if (!keep_field) laser.field = {};
-  }
-  result.powers = laser_powers(scenes.at(0).colour.value().lasers, needs);
-  return result;
-}
-
 Rendered render(const cl::Device& device, const std::vector<Scene>& scenes, World world,
                 const RenderOptions& options) {
-  auto how = options;
-  how.keep_field = options.keep_field || scenes.size() > 1;  // which decides the lasers' powers
   constexpr bool one_at_a_time = true;
-  Renderer::State state(device, scenes, std::move(world), std::move(how), one_at_a_time);
-  return rendered_of(device, scenes, state.render_lasers(), options.keep_field);
+  return Renderer::State(device, scenes, std::move(world), options, one_at_a_time).render_lasers();
 }
 
 }  // namespace raywave

@@ -17,7 +17,7 @@
 #include "cl/fft.hpp"
 #include "host/common/error.hpp"
 #include "host/common/npy.hpp"
-#include "host/encode/panel.hpp"
+#include "host/encode/encode.hpp"
 #include "host/geometry/world.hpp"
 #include "host/plan/plan.hpp"
 #include "host/refine/refine_stage.hpp"
@@ -66,6 +66,8 @@ struct RenderResult {
   // Amplitude that slm.clip asks to show in full, the largest of all frames; 0: the encoding
   // shows none, or all is dark
   double clip = 0;
+  // Of each frame, of scenes of several lasers; `shown` is what amplitudes up to `clip` show
+  std::vector<ShownLight> light;
   std::optional<Refined> refined;  // where Plan::refine asks for it
   std::vector<FieldStack> wrps;    // one per WRP, if RenderOptions::keep_wrps
   int samples = 0;                 // surface samples (sampling.mode "aimed")
@@ -111,30 +113,24 @@ struct Rendered {
 /// The notes of all lasers, each once; what not all of them have comes after the wavelength.
 std::vector<std::string> notes_of(const std::vector<RenderResult>& lasers);
 
-/// Mean |u|^2 of all pixels of the first frames; of all frames when not given.
-double mean_light_of(const FieldStack& field, std::optional<int> frames = {});
+/// Mean |u|^2 of all pixels and frames.
+double mean_light_of(const FieldStack& field);
 
-/// The light of a field's first frames over the light of what is shown of them, amplitudes up to
-/// `clip`; 1 where there is no field.
-double clipping_loss(const FieldStack& field, double clip, std::optional<int> frames = {});
+/// Power that a laser needs, relative to white's, to show fields: their light where phases alone
+/// are shown, and what clipping takes away where amplitudes are.
+///
+/// light   of each frame
+/// pixels  of a frame
+double laser_need(std::span<const ShownLight> light, std::size_t pixels, Encoding encoding);
 
-/// Power that a laser needs for the first frames, relative to white's: the light of its field where
-/// phases alone are shown, what makes pictures as bright as they were asked for where they are
-/// refined, and what clipping takes away where amplitudes are shown, if the field was kept.
+/// The same for the first frames of a scene of several lasers; where they are refined, what makes
+/// pictures as bright as they were asked for.
 double laser_need(const RenderResult& result, std::optional<int> frames = {});
 
 /// Rendered::powers.
 ///
 /// needs  laser_need of each laser
 std::vector<double> laser_powers(const LaserSet& lasers, const std::vector<double>& needs);
-
-/// Puts together what Renderer::render_lasers has made: one scale for all, what they need.
-///
-/// scenes      of the lasers
-/// lasers      with their fields, where there are several
-/// keep_field  leave the fields in the results
-Rendered rendered_of(const cl::Device& device, const std::vector<Scene>& scenes,
-                     std::vector<RenderResult> lasers, bool keep_field);
 
 /// Renders the scenes of load_scenes, which share the world. Each laser's field is bit-identical
 /// to that of its scene rendered alone. So are its levels, but that encodings of amplitudes share
@@ -216,8 +212,8 @@ public:
   ///
   /// throws  InputError when the scene cannot be computed; the renderer stays usable
   RenderResult render();
-  /// Renders the current scene for each laser.
-  std::vector<RenderResult> render_lasers();
+  /// Renders the current scene for each laser, as the function `render` does.
+  Rendered render_lasers();
 
 private:
   struct State;

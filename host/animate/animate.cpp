@@ -226,7 +226,7 @@ Animator::Animator(const cl::Device& device, Scene scene, cl::FftBackend fft)
     : Animator(device, std::vector<Scene>{std::move(scene)}, fft) {}
 
 Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft,
-                   std::filesystem::path folder)
+                   std::filesystem::path folder, const std::optional<cl::DeviceInfo>& waves)
     : device_(device),
       fft_(fft),
       schedule_(scenes.at(0).animation.value(), scenes[0].sampling.frames),
@@ -237,6 +237,10 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
   std::vector<const Scene*> all_scenes;
   for (const auto& laser : lasers_) all_scenes.push_back(&laser.scene);
   depends_on_ = given_of(device_, fft_, all_scenes, world_);
+  if (waves) {
+    waves_.emplace(*waves);
+    depends_on_ += waves->name + '\n' + waves->driver + '\n';
+  }
   shared_ = read_shared();
   if (shared_) reach_m_ = shared_->reach_m;
   std::vector<int> all(static_cast<std::size_t>(schedule_.pictures()));
@@ -309,7 +313,8 @@ void Animator::plan_laser(Laser& laser, std::vector<int>& poses) {
         make_plan(moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles)
             .slm.encoding;
   }
-  const MemoryUse use{Method::wrp, fft_, laser.scene.colour.has_value()};
+  constexpr bool keep_field = false;
+  const MemoryUse use{Method::wrp, fft_, keep_field};
   laser.base = std::make_shared<const Plan>(
       fitting_plan_of_poses(moved, world_, poses, move_to,
                             limits_of(device_.info()).for_one_of(static_cast<int>(lasers_.size())),
@@ -389,7 +394,8 @@ Renderer Animator::renderer(const Progress& progress) const {
   RenderOptions how;
   how.progress = progress;
   how.fft = fft_;
-  how.keep_field = scene().colour.has_value();  // which the lasers' powers follow
+  how.keep_field = false;
+  how.waves_device = waves_;
   std::vector<Scene> scenes;
   for (const auto& laser : lasers_) {
     // Begins with the first picture whichever comes next: frames of instances lie where it has them
@@ -423,7 +429,7 @@ Animator::Scale Animator::brightest(Renderer& renderer) const {
   if (shared_) return shared_->scale;
   for (const int picture : schedule_.spread(Schedule::pictures_that_scale)) {
     show(scene_at(scene(), picture), picture, renderer);
-    const auto results = renderer.render_lasers();
+    const auto results = renderer.render_lasers().lasers;
     double power = 0;
     for (std::size_t i = 0; i < lasers_.size(); ++i) {
       scale.clip = std::max(scale.clip, results[i].clip);
@@ -442,7 +448,7 @@ Animator::Pictures::Pictures(const Animator& animator, const Progress& progress)
 AnimatedPicture Animator::Pictures::make(int picture) {
   const auto scene = scene_at(of_.scene(), picture);
   of_.show(scene, picture, renderer_);
-  auto results = renderer_.render_lasers();
+  auto results = renderer_.render_lasers().lasers;
   const auto count = static_cast<std::size_t>(of_.schedule_.count_of(picture));
   const auto lasers = of_.lasers();
   AnimatedPicture made;

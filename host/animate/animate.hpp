@@ -60,8 +60,9 @@ public:
   /// scenes  of load_scenes
   /// folder  of programs that each make a part, and there find and leave what all of them need
   ///         (FrameFiles::shared_name); empty: none
+  /// waves   RenderOptions::waves_device
   Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftBackend fft,
-           std::filesystem::path folder = {});
+           std::filesystem::path folder = {}, const std::optional<cl::DeviceInfo>& waves = {});
 
   /// Of the first picture.
   const Plan& plan(std::size_t laser = 0) const { return *lasers_.at(laser).plan; }
@@ -137,6 +138,7 @@ private:
   Json line_of(int picture, const Scene& scene, const RenderResult& result) const;
 
   cl::Device device_;
+  std::optional<cl::Device> waves_;
   std::vector<Laser> lasers_;  // one of one wavelength
   cl::FftBackend fft_;
   Schedule schedule_;

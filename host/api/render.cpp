@@ -400,15 +400,11 @@ struct Animation::State {
 
 struct Renderer::State {
   State(const Scene& scene, const RenderOptions& options)
-      : of(scene),
-        opened(open(options.on)),
-        how(options_of(options, opened)),
-        keep_field(options.keep_field) {
+      : of(scene), opened(open(options.on)), how(options_of(options, opened)) {
     if (how.progress) how.progress("meshes", 0);
     auto world = of.state().world();
     std::vector<Planned> plans;
     scenes = planned(of.state(), world, options, opened.device.info(), how, plans);
-    how.keep_field = keep_field || scenes.size() > 1;  // which decides the lasers' powers
     renderer.emplace(opened.device, scenes, std::move(world), how);
   }
 
@@ -443,7 +439,7 @@ struct Renderer::State {
   }
 
   Rendered render() {
-    auto rendered = rendered_of(opened.device, scenes, renderer->render_lasers(), keep_field);
+    auto rendered = renderer->render_lasers();
     notes = notes_of(rendered.lasers);
     return rendered;
   }
@@ -453,7 +449,6 @@ struct Renderer::State {
   Scene of;
   Opened opened;
   raywave::RenderOptions how;
-  bool keep_field;
   std::vector<raywave::Scene> scenes;         // of each laser
   std::vector<std::string> of_lights;         // overrides since
   std::vector<std::string> notes;             // of the last picture
@@ -573,7 +568,7 @@ Hologram Renderer::render() {
 
 std::vector<double> Renderer::render(const RenderTarget& target) {
   const Turn turn(state_->mutex, state_->is_busy);
-  if (target.field && !state_->keep_field)
+  if (target.field && !state_->how.keep_field)
     throw InputError("field: this renderer keeps none (RenderOptions::keep_field)");
   const auto result = state_->render();
   auto* levels = target.levels;

@@ -176,16 +176,22 @@ void run_animate(const AnimateArguments& options) {
   if (!options.device.names_several())
     ahead.emplace([&] {
       auto moving = load_moving(options.scene, options.report);
-      const cl::Device device(options.device.info());
+      auto info = options.device.info();
+      const auto waves = options.device.waves(info);
+      const cl::Device device(info);
       choose(options.goal.goal(), moving, device);
-      Animator(device, moving, options.device.backend(device.info())).make_first();
+      Animator(device, moving, options.device.backend(waves.value_or(info)), {}, waves)
+          .make_first();
     });
   auto scenes = load_moving(options.scene, options.report);
   const auto wanted =
       range_of("--pictures", options.parts, "picture", scenes[0].animation->pictures);
-  const auto devices = options.device.all();
+  auto devices = options.device.all();
+  const auto waves = options.device.waves(devices[0]);
+  if (devices.size() > 1 && waves)
+    throw InputError("--waves-on is beside one device, and --device names several");
   const cl::Device device(devices[0]);
-  const auto fft = options.device.backend(device.info());
+  const auto fft = options.device.backend(waves.value_or(devices[0]));
   const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;
   if (is_part && options.restart)
     throw InputError(
@@ -205,7 +211,7 @@ void run_animate(const AnimateArguments& options) {
     ProgressBar bar(options.report.quiet);
     bar.show("plan of all pictures", 0);
     const auto [planned, of_colour] = choose(options.goal.goal(), scenes, device);
-    animator.emplace(device, scenes, fft, folder);
+    animator.emplace(device, scenes, fft, folder, waves);
     notes = animator->notes(
         [&, &planned = planned](const Scene& scene, const World& world, const Plan& plan) {
           return render_warnings(planned, scene, world, plan);
@@ -281,6 +287,7 @@ void add_animate(CLI::App& app) {
   options->scene.add_to(*command, "Scene file (TOML) with [animation]")->required();
   options->goal.add_to(*command);
   options->device.add_to(*command, /*takes_several=*/true);
+  options->device.add_waves_to(*command);
   add_output(*command, options->out,
              "frame_00000.png ..., report.jsonl, report.json, holograms.mkv and preview.mp4")
       ->required();

@@ -83,7 +83,10 @@ std::vector<BenchRow> rows_of(const BenchPeer& peer, const fs::path& folder, Ben
 }
 
 void run_bench(const BenchArguments& options) {
-  const auto info = options.device.info();
+  auto info = options.device.info();
+  const auto waves = options.device.waves(info);
+  if (waves && options.scene.file.empty())
+    throw InputError("--waves-on is for a scene: raywave bench SCENE, in place of a suite");
   auto suite = suite_of(options, info);
   const auto unwanted = [&](const std::string& name) {
     return name.find(options.only) == std::string::npos;
@@ -95,7 +98,8 @@ void run_bench(const BenchArguments& options) {
                      "\": no row's name holds this; without --only all are measured");
 
   auto how = options.bench;
-  how.fft = options.device.backend(info);
+  how.waves = waves;
+  how.fft = options.device.backend(waves.value_or(info));
   how.quality = !options.no_quality && !how.quick;
   if (how.quick) how.seconds = 1;
   Bench bench(info, how);
@@ -147,6 +151,7 @@ void add_bench(CLI::App& app) {
          "when not given");
   add_lens_points(*command, options->bench.lens_points);
   options->device.add_to(*command);
+  options->device.add_waves_to(*command);
   flag(*command, "--markdown", options->markdown, group::output, "Tables in Markdown");
   options->report.add_to(*command, "all figures");
 }

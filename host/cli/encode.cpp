@@ -42,6 +42,9 @@ struct EncodedLaser {
   std::shared_ptr<const Panel> panel;
   std::unique_ptr<Encoder> encoder;
   std::vector<std::vector<Level>> levels;
+  std::vector<ShownLight> light;  // of each frame
+
+  std::size_t pixels() const { return area_of(panel->size_px()); }
 };
 
 /// Encodes the field of each laser. Those that show amplitudes have one scale, that of the
@@ -62,13 +65,14 @@ std::vector<EncodedLaser<Level>> encode_each(const LaserHolograms& holograms,
   double clip = 0;
   for (auto& laser : lasers) {
     laser.encoder = std::make_unique<Encoder>(device, laser.panel);
-    laser.levels = encode<Level>(device, *laser.encoder, laser.field);
+    laser.levels = encode<Level>(device, *laser.encoder, laser.field, &laser.light);
     clip = std::max(clip, laser.encoder->own_clip());
   }
   for (auto& laser : lasers) {
     if (!laser.encoder->needs_clip() || laser.encoder->own_clip() == clip) continue;
     laser.encoder->show_up_to(clip);
-    laser.levels = encode<Level>(device, *laser.encoder, laser.field);
+    laser.light.clear();
+    laser.levels = encode<Level>(device, *laser.encoder, laser.field, &laser.light);
   }
   return lasers;
 }
@@ -76,12 +80,9 @@ std::vector<EncodedLaser<Level>> encode_each(const LaserHolograms& holograms,
 /// Powers of lasers whose levels show amplitudes up to the same one.
 template <class Level>
 std::vector<double> powers_of(const LaserSet& set, const std::vector<EncodedLaser<Level>>& lasers) {
-  double clip = 0;
-  for (const auto& laser : lasers) clip = std::max(clip, laser.encoder->own_clip());
   std::vector<double> needs;
-  for (const auto& [field, spec, panel, encoder, levels] : lasers)
-    needs.push_back(panel->slm().encoding == Encoding::phase ? mean_light_of(field)
-                                                             : clipping_loss(field, clip));
+  for (const auto& laser : lasers)
+    needs.push_back(laser_need(laser.light, laser.pixels(), laser.panel->slm().encoding));
   return laser_powers(set, needs);
 }
 
@@ -98,7 +99,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
   }
   OutputSet out(options.out);
   for (std::size_t i = 0; i < lasers.size(); ++i) {
-    const auto& [field, spec, panel, encoder, levels] = lasers[i];
+    const auto& [field, spec, panel, encoder, levels, light] = lasers[i];
     const auto stem = "hologram" + laser_suffix(spec.wavelength_m, lasers.size());
     const auto pictures = save_pictures(out.folder(), stem, format, *panel, levels, field);
     for (const auto& name : pictures) out.add(name);
@@ -114,7 +115,7 @@ void encode_all(const EncodeArguments& options, const LaserHolograms& holograms)
       break;
     }
     auto& told = report["colour"]["lasers"][i];
-    told["mean_irradiance"] = mean_light_of(field);
+    told["mean_irradiance"] = laser_need(light, lasers[i].pixels(), Encoding::phase);
     told["pictures"] = pictures;
     told["report"] = std::move(of_laser);
   }

@@ -69,7 +69,7 @@ void use(const cl::Device& device, const std::optional<cl::Device>& waves,
           plan_scenes(lasers, world, figures_of(device.info()), goal, {.field = keeps_field});
       for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
     }
-    results = Renderer(device, scenes, world, how).render_lasers();
+    results = Renderer(device, scenes, world, how).render_lasers().lasers;
   }
   if (waves) return;
   for (const auto& laser : results) {

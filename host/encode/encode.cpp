@@ -152,6 +152,23 @@ void Encoder::upload(const PixelWindow& window) {
   window_ = window;
 }
 
+ShownLight Encoder::light_of(const TileField& field, glm::ivec2 size, double clip) {
+  // As many work-items of a row as read together on a GPU
+  const std::size_t columns = device_.info().kind == cl::DeviceKind::gpu ? 64 : 1;
+  const auto rows = static_cast<std::size_t>(size.y);
+  if (sums_.size() != columns * rows) sums_ = {device_, columns * rows, "light of rows"};
+  const float most =
+      needs_clip() ? static_cast<float>(clip) : std::sqrt(std::numeric_limits<float>::max());
+  auto kernel = program_of(field).kernel("sum_light");
+  const auto run = [&](const auto& source) {
+    kernel.run({columns, rows}, {columns, 1}, source, size.x, size.y, most, sums_);
+  };
+  field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
+  ShownLight light;
+  for (const auto& sum : sums_.read()) light += {sum.real(), sum.imag()};
+  return light;
+}
+
 template <class Level>
 const cl::Buffer<Level>& Encoder::levels_of(const TileField& field, const PixelWindow& window,
                                             double clip, std::size_t buffer) {
@@ -187,7 +204,7 @@ template const cl::Buffer<std::uint16_t>& Encoder::levels_of(const TileField&, c
 
 template <class Level>
 std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encoder,
-                                       const FieldStack& field) {
+                                       const FieldStack& field, std::vector<ShownLight>* light) {
   const auto size = encoder.panel().size_px();
   if (field.nx != size.x || field.ny != size.y)
     throw InputError("encode: the field has " + extent_text({field.nx, field.ny}) +
@@ -210,22 +227,25 @@ std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encode
     }
     const double clip = encoder.clip_of(samples);
     auto& picture = levels.emplace_back(nx * ny);
+    ShownLight of_frame;
     for (std::size_t y = 0; y < ny; y += rows) {
       const auto strip = std::min(rows, ny - y);
       const cl::ComplexBuffer on_device(device, samples.subspan(y * nx, strip * nx),
                                         "hologram field");
-      encoder
-          .template levels_of<Level>(
-              on_device, {{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}}, clip)
+      const PixelWindow window{{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}};
+      encoder.template levels_of<Level>(on_device, window, clip)
           .read(std::span(picture).subspan(y * nx, strip * nx));
+      if (light) of_frame += encoder.light_of(on_device, window.size, clip);
     }
+    if (light) light->push_back(of_frame);
   }
   return levels;
 }
 
 template std::vector<std::vector<std::uint8_t>> encode(const cl::Device&, Encoder&,
-                                                       const FieldStack&);
+                                                       const FieldStack&, std::vector<ShownLight>*);
 template std::vector<std::vector<std::uint16_t>> encode(const cl::Device&, Encoder&,
-                                                        const FieldStack&);
+                                                        const FieldStack&,
+                                                        std::vector<ShownLight>*);
 
 }  // namespace raywave

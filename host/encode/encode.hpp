@@ -25,6 +25,17 @@ struct PixelWindow {
   bool operator==(const PixelWindow&) const = default;
 };
 
+/// Light of a field, and what is shown of it where its amplitudes end at a clip: sums of |u|^2.
+struct ShownLight {
+  double all = 0, shown = 0;
+
+  ShownLight& operator+=(const ShownLight& more) {
+    all += more.all;
+    shown += more.shown;
+    return *this;
+  }
+};
+
 /// Grey levels of fields, by the SLM's encoding (docs/slm.md).
 ///
 /// accuracy  a phase within 2e-7 turns of the middle between two levels may go to either; where
@@ -51,6 +62,12 @@ public:
   void show_up_to(std::optional<double> clip);
   /// The largest clip that a hologram had by itself since; 0: none had light.
   double own_clip() const { return own_clip_; }
+
+  /// The light of the pixels, as the encoding takes it: without the beam.
+  ///
+  /// clip      as of levels_of; does not count where the encoding needs none
+  /// accuracy  1e-6
+  ShownLight light_of(const TileField& field, glm::ivec2 size, double clip);
 
   /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
@@ -86,6 +103,7 @@ private:
   cl::Buffer<float> beam_;              // over one
   PixelWindow window_{{0, 0}, {0, 0}};  // of both
   cl::Buffer<float> amplitudes_;
+  cl::ComplexBuffer sums_;  // of light
   std::optional<double> clip_of_all_;
   double own_clip_ = 0;
   float least_lit_ = 0;  // over the clip: darker pixels have no phase of their own
@@ -97,9 +115,11 @@ private:
 ///
 /// Level   std::uint8_t, or std::uint16_t where levels have more than 8 bits
 /// field   of the panel's size
+/// light   null, or where to put that of each frame
 /// throws  InputError when it has another size, or the levels another type
 template <class Level = std::uint8_t>
 std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encoder,
-                                       const FieldStack& field);
+                                       const FieldStack& field,
+                                       std::vector<ShownLight>* light = nullptr);
 
 }  // namespace raywave

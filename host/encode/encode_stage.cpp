@@ -29,8 +29,8 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
                      "light.intensity");
 }
 
-EncodeStage::EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times)
-    : device_(device), keep_field_(keep_field), times_(times) {}
+EncodeStage::EncodeStage(const cl::Device& device, Options options, StageTimes& times)
+    : device_(device), options_(options), times_(times) {}
 
 void EncodeStage::prepare(const Plan& plan, std::optional<double> clip,
                           std::optional<std::size_t> tile) {
@@ -50,8 +50,13 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip,
   encoder_->show_up_to(clip);
   const auto frames = static_cast<std::size_t>(plan.hologram.frames);
   levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end() ? 0 : area_of(size)));
+  light.assign(options_.count_light ? frames : 0, {});
+  last_.reset();
   field = {};
-  needs_field_ = keep_field_ || encodes_at_end();
+  const bool is_one_piece = frames == 1 && (tile || plan.tiling.tiles.size() == 1);
+  needs_field_ = options_.keep_field || encodes_at_end() ||
+                 (options_.share_clip && !clip && encoder_->needs_clip() && !plan.refine &&
+                  !(options_.field_stays && is_one_piece));
   if (needs_field_)
     field = {size.x, size.y, plan.hologram.frames,
              std::vector<std::complex<float>>(frames * area_of(size))};
@@ -74,9 +79,15 @@ void EncodeStage::encode_window(const TileField& of_window, const PixelWindow& w
   copies_[buffer].wait();
   const double clip = encoder_->clip_of(of_window);
   has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
+  if (!plan_->refine) count_light(of_window, frame, clip);
   copies_[buffer] = start_reading(encoder_->levels_of(of_window, window, clip, buffer), window,
                                   std::span(levels[frame]));
   device_.finish();
+}
+
+void EncodeStage::count_light(const TileField& of_tile, std::size_t frame, double clip) {
+  if (options_.count_light)
+    light[frame] += encoder_->light_of(of_tile, plan_->tiling.tile_size, clip);
 }
 
 PixelWindow EncodeStage::window_of(std::size_t tile) const {
@@ -84,12 +95,18 @@ PixelWindow EncodeStage::window_of(std::size_t tile) const {
 }
 
 void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame) {
+  const auto number = static_cast<std::size_t>(frame);
   if (!encodes_whole(*plan_) || tile_)
-    encode_window(at_hologram, window_of(tile), static_cast<std::size_t>(frame));
-  if (!needs_field_) return;
+    encode_window(at_hologram, window_of(tile), number);
+  else if (plan_->refine)
+    count_light(at_hologram, number, 1);
+  if (!needs_field_) {
+    last_ = at_hologram;
+    return;
+  }
   const auto pixels = area_of(panel_->size_px());
   start_reading(*at_hologram.samples, window_of(tile),
-                std::span(field.samples).subspan(static_cast<std::size_t>(frame) * pixels, pixels))
+                std::span(field.samples).subspan(number * pixels, pixels))
       .wait();
 }
 
@@ -104,14 +121,34 @@ void EncodeStage::run_whole(const cl::ComplexBuffer& hologram, int frame) {
                     .front());
 }
 
+void EncodeStage::run_waiting() {
+  if (encodes_at_end()) encode_field();
+}
+
+void EncodeStage::show_up_to(double clip) {
+  if (!encoder_->needs_clip() || plan_->refine) return;
+  encoder_->show_up_to(clip);
+  light.assign(light.size(), {});
+  if (last_) return encode_window(*last_, {{0, 0}, panel_->size_px()}, 0);
+  encode_field();
+}
+
+void EncodeStage::encode_field() {
+  const StageClock clock(times_, "encode");
+  for (auto& copy : copies_) copy.wait();
+  light.clear();
+  levels = encode(device_, *encoder_, field, options_.count_light ? &light : nullptr);
+}
+
 void EncodeStage::finish(double radiance_unit) {
   {
     const StageClock clock(times_, "encode");
     for (auto& copy : copies_) copy.wait();
-    if (encodes_at_end()) levels = encode(device_, *encoder_, field);
   }
   is_dark_ = looks_dark();
-  if (keep_field_)
+  const double unit = radiance_unit * std::pow(amplitude_unit_m(*plan_), 2);
+  for (auto& frame : light) frame = {unit * frame.all, unit * frame.shown};
+  if (options_.keep_field)
     brighten(field.samples, radiance_unit, *plan_);
   else
     field = {};

@@ -28,8 +28,14 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
 /// (encodes_whole) waits for all its tiles: their fields are kept on the host until `finish`.
 class EncodeStage {
 public:
-  /// keep_field  also copies the complex fields to the host
-  EncodeStage(const cl::Device& device, bool keep_field, StageTimes& times);
+  struct Options {
+    bool keep_field = true;    // also copy the complex fields to the host
+    bool count_light = false;  // `light` is wanted
+    bool share_clip = false;   // show_up_to comes, where no clip is given to `prepare`
+    bool field_stays = false;  // on the device until then, of the last tile and frame
+  };
+
+  EncodeStage(const cl::Device& device, Options options, StageTimes& times);
 
   /// Takes the host's memory for a picture.
   ///
@@ -47,7 +53,14 @@ public:
   /// Encodes a frame of the whole hologram, rows without gaps.
   void run_whole(const cl::ComplexBuffer& hologram, int frame);
 
-  /// Waits for the copies and completes the picture: `levels` and `field` may be taken then.
+  /// Encodes the field that waited until it was whole (encodes_whole).
+  void run_waiting();
+  /// Encodes the picture anew, where the encoding shows amplitudes.
+  ///
+  /// clip  of all frames and lasers, in the device's units of amplitude
+  void show_up_to(double clip);
+  /// Waits for the copies and completes the picture: `levels`, `light` and `field` may be taken
+  /// then.
   void finish(double radiance_unit);
   /// True when the picture that was completed shows nothing. Where no field is kept, an SLM with
   /// flatness or a carrier hides it.
@@ -58,6 +71,7 @@ public:
   // At the hologram, one per frame: when asked for, and where the encoding needs it (encodes_whole)
   FieldStack field;
   std::vector<std::vector<std::uint8_t>> levels;  // of the SLM, one per frame
+  std::vector<ShownLight> light;                  // of each frame, when asked for
   std::shared_ptr<const Panel> panel() const { return panel_; }
 
 private:
@@ -69,15 +83,18 @@ private:
   PixelWindow window_of(std::size_t tile) const;
   /// Encodes a window of a frame and begins to copy it.
   void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
+  void encode_field();
+  void count_light(const TileField& field, std::size_t frame, double clip);
   /// Begins to copy the pixels of a window to their places in the hologram.
   template <class T>
   cl::Copy start_reading(const cl::Buffer<T>& from, const PixelWindow& window,
                          std::span<T> hologram) const;
 
   cl::Device device_;
-  bool keep_field_;
+  Options options_;
   bool is_dark_ = false, has_light_ = false;
-  bool needs_field_ = false;  // kept, or encoded when it is whole
+  bool needs_field_ = false;       // kept, or encoded when it is whole, or anew
+  std::optional<TileField> last_;  // what show_up_to encodes; none: the whole field
   StageTimes& times_;
   const Plan* plan_ = nullptr;
   std::optional<std::size_t> tile_;  // the only one

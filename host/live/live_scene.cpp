@@ -37,10 +37,10 @@ double now_s() {
 /// Objects that turn leave the box that they had.
 constexpr double room = 1.2;
 
-RenderOptions options_of(cl::FftBackend fft, std::size_t lasers) {
+RenderOptions options_of(cl::FftBackend fft) {
   RenderOptions options;
   options.fft = fft;
-  options.keep_field = lasers > 1;  // which tell the lasers' powers
+  options.keep_field = false;
   return options;
 }
 
@@ -126,11 +126,11 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
       light_(device, fft) {
   const auto scenes = planning_.scenes_for(plans_, world_);
   lasers_ = scenes.size();
-  renderer_.emplace(device_, scenes, world_, options_of(fft, lasers_));
+  renderer_.emplace(device_, scenes, world_, options_of(fft));
   for (const auto& object : scenes[0].objects)
     start_.push_back({object.position_m, object.rotation_deg});
   poses_ = start_;
-  shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
+  shown_ = renderer_->render_lasers();
   const auto& plan = shown_.lasers[0].plan;
   const auto& extent = plan.extent;
   // The hologram's own plane has no picture
@@ -171,8 +171,8 @@ void LiveScene::plan_anew(const Viewing::Plans& plans) {
   move(start_);  // plans are made for the world as it was placed
   try {
     const auto scenes = planning_.scenes_for(plans, world_);
-    Renderer planned(device_, scenes, world_, options_of(fft_, lasers_));
-    shown_ = rendered_of(device_, scenes, planned.render_lasers(), false);
+    Renderer planned(device_, scenes, world_, options_of(fft_));
+    shown_ = planned.render_lasers();
     renderer_.emplace(std::move(planned));
     plans_ = plans;
     notes_.reset();
@@ -195,7 +195,7 @@ void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
     for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_->scene(i));
     move_objects(scenes[0], world_);
     require_time(scenes);
-    shown_ = rendered_of(device_, scenes, renderer_->render_lasers(), false);
+    shown_ = renderer_->render_lasers();
     notes_.reset();
   } catch (const InputError&) {
     for (std::size_t i = 0; i < poses.size(); ++i)

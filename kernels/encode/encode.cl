@@ -226,6 +226,30 @@ SINGLE_ITEM_KERNEL void encode(FIELD_PARAMETERS, const __global ushort* restrict
   }
 }
 
+// The light of a field of nx samples in each of ny rows, and what is shown of it where no amplitude
+// exceeds `most`: sums of |u|^2, of both for each work-item of each row. Work-items as above.
+SINGLE_ITEM_KERNEL void sum_light(FIELD_PARAMETERS, int nx, int ny, float most,
+                                  __global float2* restrict sums) {
+  FOR_ITEMS(row, ny, get_global_id(1)) {
+    const Field from = FIELD_OF_PARAMETERS;
+    const int step = RAYWAVE_LANES * ITEMS(0);
+    floatv all = (floatv)(0.0f), shown = (floatv)(0.0f);
+    for (int i = RAYWAVE_LANES * ITEM(0); i < nx; i += step) {
+      floatv re, im, share = (floatv)(1.0f);
+#if RAYWAVE_TRANSFORMED
+      load_transformed(&from, transformed_row(&from, row) + i, nx - i, &re, &im);
+      share = transformed_share(&from, i, row);
+#else
+      load_some_complex(from.samples + (size_t)nx * (size_t)row + i, nx - i, &re, &im);
+#endif
+      const floatv light = (re * re + im * im) * (share * share);
+      all += light;
+      shown += fmin(light, (floatv)(most * most));
+    }
+    sums[row * ITEMS(0) + ITEM(0)] = (float2)(lanes_float_sum(all), lanes_float_sum(shown));
+  }
+}
+
 // Amplitudes of every stride-th sample of a field, row by row; beam as above.
 SINGLE_ITEM_KERNEL void sample_amplitudes(FIELD_PARAMETERS, int nx,
                                           const __global float* restrict beam,

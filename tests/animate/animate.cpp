@@ -296,7 +296,8 @@ TEST_CASE("units divides an animation into parts that together are all of it, on
   check_refused(desk.run({"units", desk.file("scene.toml"), "--quiet"}), 2, "hologram.tiles");
 }
 
-TEST_CASE("holograms of a scene that rests are the frames that render makes of it") {
+TEST_CASE(
+    "holograms of a scene that rests are the frames that render makes of it, on a device or two") {
   Desk desk;
   // An encoding of phases alone: holograms of amplitudes share a scale, frames of render do not
   desk.scene("[slm]\nencoding = \"phase\"\n[animation]\nframes = 3\nrate = 24\nslm_rate = 60\n");
@@ -304,12 +305,15 @@ TEST_CASE("holograms of a scene that rests are the frames that render makes of i
   auto still = scene;
   still.sampling.frames = 8;  // 3 + 2 + 3
   for (const auto& device : all_devices()) {
-    const Folder folder;
-    const auto levels = rendered(device, still).levels;
-    run(Animator(device, scene, cl::FftBackend::host), folder / "", FrameStorage::stream);
     std::string wanted;
-    for (const auto& frame : levels) wanted.append(frame.begin(), frame.end());
-    CHECK((bytes_of(folder / "frames.raw") == wanted));
+    for (const auto& frame : rendered(device, still).levels)
+      wanted.append(frame.begin(), frame.end());
+    for (const auto& waves : {std::optional<cl::DeviceInfo>(), std::optional(device.info())}) {
+      const Folder folder;
+      run(Animator(device, {scene}, cl::FftBackend::host, {}, waves), folder / "",
+          FrameStorage::stream);
+      CHECK((bytes_of(folder / "frames.raw") == wanted));
+    }
   }
 }
 

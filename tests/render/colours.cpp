@@ -132,7 +132,7 @@ DEVICE_TEST("a renderer of several lasers shows every pose as renderers of one l
   for (const auto& [objects, list] : cases) {
     const auto scenes =
         load_scenes(scene_file(folder, objects + cards({{0.9, 0.2, 0.1}, {0.1, 0.8, 0.3}})),
-                    {"hologram.wavelength=" + list});
+                    {"hologram.wavelength=" + list, "slm.encoding=phase"});
     const auto world = build_world(scenes[0]);
     Renderer together(device, scenes, world);
     std::vector<Renderer> alone;
@@ -142,7 +142,7 @@ DEVICE_TEST("a renderer of several lasers shows every pose as renderers of one l
       together.set_pose(0, {x_m, 0, 19.5e-3}, {0, 1e6 * x_m, 0});
       for (const bool again : {false, true}) {
         CAPTURE(x_m, again);
-        const auto lasers = together.render_lasers();
+        const auto lasers = together.render_lasers().lasers;
         REQUIRE(lasers.size() == scenes.size());
         for (std::size_t i = 0; i < scenes.size(); ++i) {
           if (!again) alone[i].set_pose(0, {x_m, 0, 19.5e-3}, {0, 1e6 * x_m, 0});
@@ -229,6 +229,60 @@ DEVICE_TEST(
       for (std::size_t i = 0; i < lasers.count(); ++i)
         CHECK(result.energies[i] / of_white[i] * 0.8 ==
               Catch::Approx(std::max(0.0, glm::dot(lasers.from_rgb[i], colour))).margin(2e-5));
+    }
+  }
+}
+
+DEVICE_TEST("lasers need the light of their fields and what clipping takes, kept or not") {
+  const Folder folder;
+  for (const char* encoding : {"phase", "double-phase"}) {
+    for (const int frames : {1, 2}) {
+      CAPTURE(encoding, frames);
+      const auto scenes = load_scenes(
+          scene_file(folder, cards({{0.2, 0.3, 0.7}, {0.7, 0.3, 0.1}})),
+          {std::string("slm.encoding=") + encoding, "sampling.frames=" + std::to_string(frames)});
+      const auto world = build_world(scenes[0]);
+      const auto kept = render(device, scenes, world);
+      // One after another, and all at a time, of which the lasers' own clips are not the same
+      const auto again = render(device, scenes, world, {.keep_field = false});
+      Renderer renderer(device, scenes, world, {.keep_field = false});
+      renderer.render_lasers();
+      const auto moving = renderer.render_lasers();
+      std::array<double, 3> needed{};
+      double sum = 0;
+      for (std::size_t i = 0; i < 3; ++i) {
+        const auto& laser = kept.lasers[i];
+        const double most = laser.clip * amplitude_unit_m(laser.plan);
+        double light = 0, shown = 0;
+        for (const std::complex<double> u : laser.field.samples) {
+          light += std::norm(u);
+          shown += std::min(std::norm(u), most * most);
+        }
+        const auto pixels = static_cast<double>(laser.field.samples.size());
+        CHECK(kept.energies[i] == Catch::Approx(light / pixels).epsilon(1e-5));
+        const bool is_phase = laser.plan.slm.encoding == Encoding::phase;
+        needed[i] =
+            scenes[0].colour->lasers.white_powers[i] * (is_phase ? light / pixels : light / shown);
+        sum += needed[i];
+      }
+      for (std::size_t i = 0; i < 3; ++i) {
+        CAPTURE(i);
+        CHECK(kept.powers[i] == Catch::Approx(needed[i] / sum).epsilon(1e-5));
+        for (const auto* other : {&again, &moving}) {
+          CHECK(other->lasers[i].field.samples.empty());
+          CHECK(other->powers[i] == Catch::Approx(kept.powers[i]).epsilon(1e-5));
+          CHECK(other->energies[i] == Catch::Approx(kept.energies[i]).epsilon(1e-5));
+          CHECK(other->lasers[i].clip == Catch::Approx(kept.lasers[i].clip).epsilon(1e-5));
+          std::size_t differing = 0, count = 0;
+          for (std::size_t frame = 0; frame < kept.lasers[i].levels.size(); ++frame)
+            for (std::size_t at = 0; at < kept.lasers[i].levels[frame].size(); ++at, ++count)
+              differing += std::abs(int{kept.lasers[i].levels[frame][at]} -
+                                    int{other->lasers[i].levels[frame][at]}) %
+                               255 >
+                           1;
+          CHECK(differing <= count / 1000);
+        }
+      }
     }
   }
 }

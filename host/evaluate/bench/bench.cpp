@@ -75,15 +75,15 @@ void add_work(const Plan& plan, Method method, cl::FftBackend backend,
   work["encode"].bytes += field + 3 * holograms * pixels;
 }
 
-BenchFrame timed_frame(const cl::Device& device, Renderer& renderer,
-                       const std::vector<Scene>& scenes, int number, Rendered& result) {
+BenchFrame timed_frame(Renderer& renderer, const std::vector<Scene>& scenes, int number,
+                       Rendered& result) {
   const auto& objects = scenes[0].objects;
   BenchFrame frame;
   const Stopwatch watch;
   for (std::size_t i = 0; i < objects.size(); ++i)
     renderer.set_pose(i, objects[i].position_m,
                       objects[i].rotation_deg + glm::dvec3(0, turn_deg * (1 + number % poses), 0));
-  result = rendered_of(device, scenes, renderer.render_lasers(), false);
+  result = renderer.render_lasers();
   frame.wall_s = watch.wall_s();
   frame.processor_s = watch.processor_s();
   frame.stages_s = sum_of_stages(result.lasers, &RenderResult::seconds);
@@ -261,7 +261,8 @@ void Bench::measure(BenchRow& row) {
   how.method = row.method;
   how.rays_per_axis = row.rays_per_axis;
   how.fft = options_.fft;
-  how.keep_field = scenes.size() > 1;  // which decides the lasers' powers
+  how.keep_field = false;
+  if (options_.waves) how.waves_device.emplace(*options_.waves);
 
   Rendered result;
   {
@@ -269,9 +270,7 @@ void Bench::measure(BenchRow& row) {
     const cl::Device device(device_);
     const Stopwatch first;
     Renderer renderer(device, scenes, world_of(scenes[0]), how);
-    const auto frame = [&](int number) {
-      return timed_frame(device, renderer, scenes, number, result);
-    };
+    const auto frame = [&](int number) { return timed_frame(renderer, scenes, number, result); };
     for (int warm_up = 0; warm_up < 2; ++warm_up) {
       const bool is_long = frame(poses - 1 - warm_up).wall_s > long_s;
       if (warm_up == 0) row.first_frame_s = first.wall_s();

@@ -91,6 +91,7 @@ BenchSuite bench_suite(const std::string& name, const std::filesystem::path& dat
 
 struct BenchOptions {
   cl::FftBackend fft = cl::FftBackend::host;
+  std::optional<cl::DeviceInfo> waves{};  // RenderOptions::waves_device
   int frames = 0;       // measured per case; 0: 3 to 101, as many as fit into `seconds`
   double seconds = 5;   // for each case, when `frames` is 0
   bool quality = true;  // also compare a hologram with what a lens sees

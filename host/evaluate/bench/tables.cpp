@@ -183,10 +183,12 @@ std::vector<BenchRatio> fill_ratios(const std::vector<BenchRatio>& ratios,
 
 std::string bench_header(const Bench& bench, const std::string& suite) {
   const auto& d = bench.device();
+  const auto& waves = bench.options().waves;
   return std::string("raywave ") + version + ", " + suite + " bench, " + today() + "\ndevice   " +
          d.index + " " + d.name + ", " + std::to_string(d.compute_units) +
          " compute units\nplatform " + d.platform + "\nversion  " + d.version + ", driver " +
-         d.driver + ", FFT " + std::string(cl::name_of(bench.options().fft)) + "\nrates    copy " +
+         d.driver + ", FFT " + std::string(cl::name_of(bench.options().fft)) +
+         (waves ? "\nwaves on " + waves->index + " " + waves->name : "") + "\nrates    copy " +
          figure(bench.limits().bytes_per_s / 1e9) + " GB/s, multiply-add " +
          figure(bench.limits().operations_per_s / 1e9) + " Gflop/s\n";
 }
@@ -273,6 +275,7 @@ std::string bench_json(const Bench& bench, const std::string& suite,
             {"device", json_of(bench.device())}};
   json["device"]["compute_units"] = bench.device().compute_units;
   json["device"]["fft"] = cl::name_of(bench.options().fft);
+  if (bench.options().waves) json["waves_on"] = json_of(*bench.options().waves);
   json["rates"] = {{"copy_bytes_per_s", bench.limits().bytes_per_s},
                    {"multiply_add_operations_per_s", bench.limits().operations_per_s}};
   json["rows"] = Json::array();

@@ -214,7 +214,7 @@ void TradeBench::measure_together(const std::vector<std::size_t>& some) {
     // Each row has its own cl::Device, whose memory peak is that of the row.
     const cl::Device device(device_.info());
     Renderer renderer(device, scenes, world_, how);
-    const auto rendered = rendered_of(device, scenes, renderer.render_lasers(), true);
+    const auto rendered = renderer.render_lasers();
     auto pictures = trade_.pictures;
     pictures.views &= rows.back().thorough;
     const auto looks =
@@ -263,7 +263,7 @@ void TradeBench::time(TradeRow& row, Renderer& renderer, const RenderOptions& ho
     const auto& objects = trade_.scenes[0].objects;
     for (std::size_t i = 0; i < objects.size(); ++i)
       renderer.set_pose(i, objects[i].position_m, objects[i].rotation_deg);
-    const auto lasers = renderer.render_lasers();
+    const auto lasers = renderer.render_lasers().lasers;
     for (const auto& [stage, seconds] : sum_of_stages(lasers, &RenderResult::seconds))
       wall_s[stage].push_back(seconds);
     for (const auto& [stage, seconds] : sum_of_stages(lasers, &RenderResult::processor_seconds))
