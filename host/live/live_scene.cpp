@@ -6,6 +6,7 @@
 #include <cmath>
 #include <complex>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
 #include <span>
 #include <utility>
@@ -116,6 +117,17 @@ void Viewing::Pose::turn(glm::dvec3 by_deg) {
                                          std::atan2(r[0][1], r[0][0])));
 }
 
+glm::dvec2 origin_deg(glm::dvec3 direction) {
+  const auto way = glm::normalize(direction);  // to the right, as a viewer sees it, is -x
+  return glm::degrees(
+      glm::dvec2(std::atan2(way.x, way.z), -std::asin(std::clamp(way.y, -1.0, 1.0))));
+}
+
+glm::dvec3 direction_from(glm::dvec2 origin_deg) {
+  const auto to = glm::radians(origin_deg);
+  return {std::cos(to.y) * std::sin(to.x), -std::sin(to.y), std::cos(to.y) * std::cos(to.x)};
+}
+
 LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
                      LivePlanning planning, int longest)
     : device_(device),
@@ -124,12 +136,13 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
       world_(std::move(world)),
       levels_(device),
       light_(device, fft) {
-  const auto scenes = planning_.scenes_for(plans_, world_);
+  const auto scenes = planning_.scenes_for({}, world_);
   lasers_ = scenes.size();
   renderer_.emplace(device_, scenes, world_, options_of(fft));
   for (const auto& object : scenes[0].objects)
-    start_.push_back({object.position_m, object.rotation_deg});
-  poses_ = start_;
+    start_.poses.push_back({object.position_m, object.rotation_deg});
+  start_.lights = scenes[0].lights;
+  now_ = start_;
   shown_ = renderer_->render_lasers();
   const auto& plan = shown_.lasers[0].plan;
   const auto& extent = plan.extent;
@@ -155,8 +168,8 @@ const std::vector<std::string>& LiveScene::notes() {
 }
 
 Viewing LiveScene::start() const {
-  Viewing viewing;
-  viewing.poses = poses_;
+  auto viewing = now_;
+  viewing.plans = {};
   viewing.focus_m = middle_m_;
   return viewing;
 }
@@ -166,42 +179,64 @@ double LiveScene::depth_m() const {
   return std::max(extent.far_m - extent.near_m, std::abs(middle_m_) / 10);
 }
 
+Scene LiveScene::scene() const {
+  auto scene = renderer_->scene();
+  const auto positions_m = positions_now(world_);
+  for (std::size_t i = 0; i < scene.objects.size(); ++i) {
+    auto& object = scene.objects[i];
+    object.solid_scale.reset();
+    if (now_.poses[i] == start_.poses[i]) continue;
+    Box box;
+    for (const auto& place_m : world_.placed[i].own(positions_m)) box.add(place_m);
+    if (object.anchor == Anchor::centre) object.position_m = box.centre_m();
+    if (object.width_m) object.width_m = box.size_m().x;
+  }
+  return scene;
+}
+
 void LiveScene::plan_anew(const Viewing::Plans& plans) {
-  const auto poses = poses_;
+  const auto before = now_;
   move(start_);  // plans are made for the world as it was placed
   try {
     const auto scenes = planning_.scenes_for(plans, world_);
     Renderer planned(device_, scenes, world_, options_of(fft_));
     shown_ = planned.render_lasers();
     renderer_.emplace(std::move(planned));
-    plans_ = plans;
+    now_.plans = plans;
     notes_.reset();
-  } catch (const InputError&) {
-    move(poses);
+  } catch (...) {
+    move(before);
     throw;
   }
 }
 
-void LiveScene::move(const std::vector<Viewing::Pose>& poses) {
-  if (poses == poses_) return;
-  const auto before = poses_;
+/// Tells the renderer what differs.
+void LiveScene::place(const Viewing& to) {
+  for (std::size_t i = 0; i < to.poses.size(); ++i) {
+    if (to.poses[i] == now_.poses[i]) continue;
+    renderer_->set_solid_pose(i, to.poses[i].position_m, to.poses[i].rotation_deg);
+    now_.poses[i] = to.poses[i];
+  }
+  for (std::size_t i = 0; i < to.lights.size(); ++i) {
+    if (to.lights[i] == now_.lights[i]) continue;
+    renderer_->set_light(i, to.lights[i]);
+    now_.lights[i] = to.lights[i];
+  }
+}
+
+void LiveScene::move(const Viewing& to) {
+  const auto before = now_;
   try {
-    for (std::size_t i = 0; i < poses.size(); ++i) {
-      if (poses[i] == poses_[i]) continue;
-      renderer_->set_solid_pose(i, poses[i].position_m, poses[i].rotation_deg);
-      poses_[i] = poses[i];
-    }
+    place(to);
+    if (now_.poses == before.poses && now_.lights == before.lights) return;
     std::vector<Scene> scenes;
     for (std::size_t i = 0; i < lasers_; ++i) scenes.push_back(renderer_->scene(i));
     move_objects(scenes[0], world_);
     require_time(scenes);
     shown_ = renderer_->render_lasers();
     notes_.reset();
-  } catch (const InputError&) {
-    for (std::size_t i = 0; i < poses.size(); ++i)
-      if (!(before[i] == poses_[i]))
-        renderer_->set_solid_pose(i, before[i].position_m, before[i].rotation_deg);
-    poses_ = before;
+  } catch (...) {
+    place(before);
     move_objects(renderer_->scene(), world_);
     throw;
   }
@@ -219,6 +254,19 @@ void LiveScene::require_time(const std::vector<Scene>& scenes) const {
                seconds));
 }
 
+/// Of the hologram, in holograms.
+glm::dvec2 LiveScene::part_of(const Viewing& viewing) const {
+  const auto& hologram = renderer_->scene().hologram;
+  const auto sides_m = glm::dvec2(hologram.resolution) * hologram.pitch_m;
+  return glm::min(viewing.pupil_m ? *viewing.pupil_m / sides_m : glm::dvec2(viewing.part), 1.0);
+}
+
+Pupil LiveScene::pupil_of(const Viewing& viewing) const {
+  auto pupil = pupils_of(renderer_->scene().viewer).front();
+  pupil.diameter_m = viewing.pupil_m.value_or(pupil.diameter_m);
+  return pupil;
+}
+
 Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
   if (viewing.focus_m == 0)
     throw InputError("focus 0: the SLM's own plane has no picture; focus before or beyond it");
@@ -231,9 +279,9 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
                 std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   if (viewer.eyepiece_m) {
     const auto& hologram = renderer_->scene(number).hologram;
-    const auto seen = reconstruct(
-        device_, fft_, field, hologram,
-        {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupils_of(viewer).front()});
+    const auto seen =
+        reconstruct(device_, fft_, field, hologram,
+                    {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupil_of(viewing)});
     const Grid grid{{seen.width, seen.height}, hologram.pitch_m};
     add_mean(grid, window_m_, picture, [&](std::size_t i) { return seen.pixels[i]; });
   } else {
@@ -259,7 +307,7 @@ void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewi
                                   .blur_m = blur_m};
   const refinement::Key key{.z_m = viewing.focus_m,
                             .view = viewing.eye,
-                            .aperture = glm::dvec2(viewing.part),
+                            .aperture = part_of(viewing),
                             .picture = Image{size_px_.x, size_px_.y, {}},
                             .pixel_m = window_m_ / glm::dvec2(size_px_)};
   const auto propagation = key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
@@ -285,11 +333,11 @@ std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {
   LensSpec what{.z_m = viewing.focus_m,
                 .window_m = window_m_,
                 .view = viewing.eye,
-                .aperture = glm::dvec2(viewing.part),
+                .aperture = part_of(viewing),
                 .points = 8,
                 .pixel_m = window_m_ / glm::dvec2(size_px_)};
-  if (const auto& viewer = renderer_->scene().viewer; viewer.eyepiece_m) {
-    what.pupil = pupils_of(viewer).front();
+  if (renderer_->scene().viewer.eyepiece_m) {
+    what.pupil = pupil_of(viewing);
     what.view = {0, 0};
     what.aperture = {1, 1};
   }
@@ -307,14 +355,32 @@ std::vector<Image> LiveScene::in_colours(std::vector<Image> light) const {
   return {colours.begin(), colours.end()};
 }
 
+/// Phases alone are even light until it has come farther aside than what is made out.
+std::string LiveScene::note_of(const Viewing& viewing) const {
+  const auto& hologram = renderer_->scene().hologram;
+  const auto& viewer = renderer_->scene().viewer;
+  const double detail_m = viewer.resolution_m.value_or(detail_for_eye_m(viewer, viewing.focus_m)),
+               steepest =
+                   hologram.wavelength_m / (2 * std::min(hologram.pitch_m.x, hologram.pitch_m.y));
+  if (shows_amplitude(shown_.lasers[0].plan.slm.encoding) ||
+      std::abs(viewing.focus_m) * steepest >= detail_m)
+    return {};
+  return "focus " + millimetres(viewing.focus_m, 2) + ": nothing is in focus within " +
+         millimetres(detail_m / steepest, 2) + " of the hologram, where its light has not met yet";
+}
+
 LivePicture LiveScene::look(const Viewing& viewing) {
   LivePicture result;
   double start_s = now_s();
-  if (viewing.plans != plans_ || viewing.poses != poses_) {
-    if (viewing.plans != plans_) plan_anew(viewing.plans);
-    move(viewing.poses);
+  if (viewing.plans != now_.plans || viewing.poses != now_.poses ||
+      !(viewing.lights.empty() || viewing.lights == now_.lights)) {
+    if (viewing.plans != now_.plans) plan_anew(viewing.plans);
+    move(viewing);
     result.hologram_s = now_s() - start_s;
   }
+  for (const auto& laser : shown_.lasers)
+    for (const auto& [stage, seconds] : laser.seconds) result.stages_s[stage] += seconds;
+  result.note = note_of(viewing);
   start_s = now_s();
   std::vector<std::vector<Image>> pictures;
   if (viewing.hologram) {

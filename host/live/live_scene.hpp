@@ -6,6 +6,7 @@
 #include <functional>
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -28,12 +29,16 @@ struct Viewing {
     /// Turns it further, about the hologram's x, then y, then z.
     void turn(glm::dvec3 by_deg);
   };
-  std::vector<Pose> poses;  // of the objects
-  double focus_m = 0.1;     // depth that is sharp
+  std::vector<Pose> poses;    // of the objects
+  std::vector<Light> lights;  // as the scene has them; none: they stay as they are
+  double focus_m = 0.1;       // depth that is sharp
   // The part of the hologram that is looked through: its middle in half holograms, its size in
   // holograms. Not before an eyepiece, through which the viewer's first pupil looks
   glm::dvec2 eye{0, 0};
   double part = 1;
+  // Of the eye, across: the part is a square of this side; behind an eyepiece in place of the
+  // viewer's own
+  std::optional<double> pupil_m{};
   bool hologram = false, lens = false;  // also show levels, and what an ideal lens sees
   double stops = 0;  // exposure, over that at which 99.5 % of the pixels are below white
   struct Plans {
@@ -43,6 +48,11 @@ struct Viewing {
   };
   Plans plans{};
 };
+
+/// From where light that travels so comes to a viewer: degrees to the right of behind him, and up.
+glm::dvec2 origin_deg(glm::dvec3 direction);
+/// The other way round.
+glm::dvec3 direction_from(glm::dvec2 origin_deg);
 
 /// What a LiveScene is told by those who plan.
 struct LivePlanning {
@@ -59,6 +69,8 @@ struct LivePicture {
   std::vector<std::uint8_t> rgb;  // sRGB, rows from the top
   double hologram_s = 0;          // 0: nothing had moved
   double picture_s = 0;
+  std::map<std::string, double> stages_s;  // of the hologram (RenderResult::seconds), all lasers
+  std::string note;                        // on this picture; empty: none
 };
 
 class LiveScene {
@@ -77,17 +89,25 @@ public:
   glm::dvec2 window_m() const { return window_m_; }
   /// Of the scene as it stands, at least a tenth of its distance.
   double depth_m() const;
+  /// The scene of the first laser as it stands, with what its plan chose, as files describe it:
+  /// objects that have been moved keep their sizes by their widths.
+  Scene scene() const;
 
   /// What the hologram of the scene in these poses shows: by the propagation of refined pictures,
   /// exact but for what blurs them (docs/refine.md#propagation), or of reconstruct through a
   /// pupil, and blurred as the viewer sees it.
   ///
-  /// throws  InputError where an object, the focus or plans cannot be so; all stays as it was
+  /// throws  InputError where an object, a light, the focus or plans cannot be so; all stays as it
+  ///         was
   LivePicture look(const Viewing& viewing);
 
 private:
   void plan_anew(const Viewing::Plans& plans);
-  void move(const std::vector<Viewing::Pose>& poses);
+  void move(const Viewing& to);
+  void place(const Viewing& to);
+  glm::dvec2 part_of(const Viewing& viewing) const;
+  Pupil pupil_of(const Viewing& viewing) const;
+  std::string note_of(const Viewing& viewing) const;
   void require_time(const std::vector<Scene>& scenes) const;
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
@@ -102,8 +122,7 @@ private:
   World world_;
   std::optional<Renderer> renderer_;
   std::size_t lasers_ = 1;
-  Viewing::Plans plans_;
-  std::vector<Viewing::Pose> start_, poses_;
+  Viewing start_, now_;  // their poses, lights and plans: of the file, and of the renderer
   Rendered shown_;
   std::optional<std::vector<std::string>> notes_;
   refinement::PhaseStack levels_;

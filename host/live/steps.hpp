@@ -9,12 +9,18 @@
 
 namespace raywave {
 
+struct Step : Viewing {
+  bool saves = false;  // the scene, too
+};
+
 /// What is seen after each [[step]] of a TOML file, `repeat` times each: `object` is turned by
-/// `turn` (Pose::turn) and moved by `move`; `focus`, `eye` (as a viewer sees it, like --view),
-/// `part`, `hologram`, `lens`, `stops`, `preset` and `refined` are those of Viewing from then on.
+/// `turn` (Pose::turn) and moved by `move`; `light` has `direction`, `position` and `intensity`, as
+/// in scenes, and `focus`, `eye` (as a viewer sees it, like --view), `part`, or `pupil` in its
+/// place, `hologram`, `lens`, `stops`, `preset` and `refined` are those of Viewing from then on.
+/// `save` is for the last picture of the step.
 ///
 /// start   before the first step
 /// throws  InputError with file and line
-std::vector<Viewing> read_steps(const std::filesystem::path& file, const Viewing& start);
+std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& start);
 
 }  // namespace raywave

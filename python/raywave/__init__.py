@@ -19,8 +19,8 @@ ValueError) whose one line names the argument; what the OpenCL device cannot do 
 (a RuntimeError).
 
 The GIL is released while something is computed. Objects may be used from several threads; calls on
-one Renderer take turns. Ctrl-C stops a computation at its next step. Processes must not go on
-computing after os.fork(): use multiprocessing's start method "spawn".
+one Renderer or LiveView take turns. Ctrl-C stops a computation at its next step. Processes must
+not go on computing after os.fork(): use multiprocessing's start method "spawn".
 """
 
 from __future__ import annotations
@@ -67,7 +67,7 @@ from ._render import (
     render,
 )
 from ._scene import Scene, SceneObject, load_scene
-from ._view import view
+from ._view import LivePicture, LiveView, view
 
 if TYPE_CHECKING:
     from . import jax, torch
@@ -90,6 +90,8 @@ __all__ = [
     "Flip",
     "Hologram",
     "InputError",
+    "LivePicture",
+    "LiveView",
     "PictureComparison",
     "Plan",
     "Quality",

@@ -12,9 +12,8 @@ function render({model, el}) {
     show(model.get(trait));
   };
 
-  const picture = add("img"), [width, height] = model.get("window");
-  picture.style = `display: block; width: 640px; max-width: 100%; aspect-ratio: ${width / height};
-                   cursor: grab; touch-action: none`;
+  const picture = add("img");
+  picture.style = "display: block; width: 640px; max-width: 100%; cursor: grab; touch-action: none";
   picture.draggable = false;
   follow("picture", (png) => {
     URL.revokeObjectURL(picture.src);

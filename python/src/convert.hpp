@@ -107,8 +107,9 @@ inline Array levels_array(raywave::Levels levels) {
   return as_numpy(std::move(levels.values), shape);
 }
 
-/// Adds what works on fields and pictures.
+/// Add parts of the module.
 void add_light(nb::module_& m);
 void add_display(nb::module_& m);
+void add_live(nb::module_& m);
 
 }  // namespace raywave_python

@@ -393,6 +393,7 @@ NB_MODULE(_core, m) {
       "progress"_a.none());
   add_light(m);
   add_display(m);
+  add_live(m);
 }
 
 }  // namespace raywave_python

@@ -398,6 +398,42 @@ TEST_CASE("a solid keeps its size as it turns, where a pose of its width does no
   CHECK(light(false) / light(true) == Catch::Approx(4).epsilon(0.1));
 }
 
+TEST_CASE("a live view turns solids, and what it cannot show leaves the next picture as it was") {
+  for (const auto& device : list_devices()) {
+    LiveView live(square_scene(), {.on = {.device = device.index}, .longest = 48});
+    auto viewing = live.start();
+    CHECK(viewing.focus_m == Catch::Approx(0.01));
+    const auto first = live.look(viewing);
+    CHECK(first.rgb.size() == std::size_t{3} * 48 * 48);
+    CHECK(first.hologram_s == 0);
+    viewing.poses[0].turn({0, 60, 0});
+    viewing.has_lens = true;
+    const auto turned = live.look(viewing);
+    CHECK(turned.nx == 2 * 48);
+    // Columns with light from a lens: half as many as the square had
+    const auto columns = [&](const LivePicture& picture, int from) {
+      int lit = 0;
+      for (int x = from; x < from + 48; ++x)
+        lit += picture.rgb[3 * static_cast<std::size_t>(24 * picture.nx + x)] > 64;
+      return lit;
+    };
+    CHECK(columns(turned, 48) == Catch::Approx(0.5 * 40).margin(2));  // a fifth more is seen
+    const auto refused = [&](const std::string& start, auto&& change) {
+      auto wrong = live.start();
+      change(wrong);
+      CHECK_THROWS_WITH(live.look(wrong), Catch::Matchers::StartsWith(start));
+    };
+    refused("poses: there are 0", [](Viewing& v) { v.poses.clear(); });
+    refused("focus: must be a depth in metres", [](Viewing& v) { v.focus_m = 98; });
+    refused("view: must be -1 to 1", [](Viewing& v) { v.view = {0, 2}; });
+    const auto again = live.look(viewing);
+    CHECK(again.rgb == turned.rgb);
+    CHECK(again.hologram_s == 0);
+  }
+  CHECK_THROWS_WITH(LiveView(square_scene(), {.longest = 0}),
+                    ContainsSubstring("longest: must be"));
+}
+
 TEST_CASE("colours that the library shows are those of the material") {
   const auto scene = glowing_card();
   const auto of_one = glowing_card({"colour.only=520 nm"});

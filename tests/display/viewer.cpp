@@ -1,6 +1,7 @@
 // SPDX-License-Identifier: Apache-2.0
 // raywave view in a window of an X server, driven as by a person.
 #include "host/display/side_panel.hpp"
+#include "host/scene/scene.hpp"
 #include "tests/support/program.hpp"
 #include "tests/support/x_server.hpp"
 
@@ -78,7 +79,8 @@ TEST_CASE("view shows a scene, follows keys and mouse, and ends", "[slow]") {
     view.server.run("xdotool key h");
     CHECK(view.changes_from(turned));
     view.server.run("xdotool key s");
-    CHECK(view.has_saved("view_0.png"));
+    CHECK(view.has_saved("view_0.toml"));
+    CHECK(load_scenes(view.desk.file("view_0.toml"))[0].objects[0].rotation_deg.y != 0);
   }
   CHECK_SAYS(view.ended(), "drag: turn the object");
 }
@@ -116,8 +118,8 @@ TEST_CASE("the panel of view changes what is seen, keeps the mouse, and goes", "
   CHECK(width_of("view_1.png") == 1280);
   const auto said = view.ended();
   const auto second = said.substr(said.find("view_1.png"));
-  CHECK_SAYS(said.substr(0, said.find("view_1.png")), "rotation=[0, 0, 0]");
-  CHECK(second.find("rotation=[0, 0, 0]") == second.npos);
+  CHECK(said.find("object.0.rotation") > said.find("view_1.png"));
+  CHECK_SAYS(second, "view_1.toml", "--set 'object.0.rotation=[");
 }
 
 TEST_CASE("view without a desktop says what can be done") {
@@ -127,6 +129,26 @@ TEST_CASE("view without a desktop says what can be done") {
   CHECK(outcome.code == 3);
   CHECK_SAYS(outcome.err, "no window can be opened", "--record");
   CHECK_SAYS(desk.run({"view", desk.file("scene.toml"), "--record", "x"}).err, "needs -o");
+}
+
+TEST_CASE("a script saves scenes that render takes, and writes over none") {
+  const test::Desk desk;
+  desk.folder().write("steps.toml",
+                      "[[step]]\nturn = [0, 30, 0]\nintensity = 0.5\nsave = true\nrepeat = 2\n");
+  for (const auto* name : {"view_00001_0.toml", "view_00001_1.toml"}) {
+    const auto out = desk.succeed({"view", desk.file("scene.toml"), "--record",
+                                   desk.file("steps.toml"), "-o", desk.file("out")})
+                         .out;
+    CHECK_SAYS(out, "view_00001.png", name);
+  }
+  CHECK(bytes_of(desk.out("view_00001_0.toml")) == bytes_of(desk.out("view_00001_1.toml")));
+  const auto saved = bytes_of(desk.out("view_00001_0.toml"));
+  CHECK_SAYS(saved, "scene.toml as raywave view showed it", "intensity = 0.5", "../square.obj");
+  const auto report = desk.succeed({"render", desk.out("view_00001_0.toml").string(), "-o",
+                                    desk.file("again"), "--json", "-"})
+                          .out;
+  CHECK_SAYS(report, "\"intensity\": 0.5");
+  CHECK_SAYS(bytes_of(desk.out("report.json")), "stages_s", "propagate");
 }
 
 TEST_CASE("pictures of a script name what is new to say, with other numbers once") {

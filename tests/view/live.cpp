@@ -2,6 +2,7 @@
 // Scenes under the hand, against renders of scenes that stand so, and reconstruct.
 #include "host/encode/shown.hpp"
 #include "host/live/live_scene.hpp"
+#include "host/live/saved_scene.hpp"
 #include "host/live/steps.hpp"
 #include "host/view/colour_picture.hpp"
 #include "host/view/compare.hpp"
@@ -73,33 +74,48 @@ double mean_difference(const std::vector<std::uint8_t>& a, const std::vector<std
 
 }  // namespace
 
-DEVICE_TEST("a live picture is that of reconstruct, in focus and out of it, of all and of a part") {
-  for (const auto& wavelengths :
-       {std::string(), std::string("hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]")}) {
-    const auto scenes = wavelengths.empty() ? scenes_of() : scenes_of({wavelengths});
+DEVICE_TEST("a live picture is that of reconstruct, in focus and out of it, by any eye") {
+  const auto near_eye = load_scenes(study_file.parent_path() / "near_eye.toml",
+                                    {"hologram.resolution=[240, 136]", "sampling.frames=1"});
+  for (const auto& scenes :
+       {scenes_of(), scenes_of({"hologram.wavelength=[\"638 nm\", \"520 nm\", \"450 nm\"]"}),
+        near_eye}) {
+    const auto& viewer = scenes[0].viewer;
     auto scene = live(device, scenes);
     const auto rendered = render(device, scenes, build_world(scenes[0]));
-    for (const auto& [focus_m, eye, part] :
-         {std::tuple(18.55 * mm, glm::dvec2(0), 1.0), {22 * mm, {0.5, -0.4}, 0.5}}) {
+    const double side_m = scenes[0].hologram.resolution.x * scenes[0].hologram.pitch_m.x;
+    for (const auto& [focus_m, eye, part, is_pupil] :
+         {std::tuple(18.55 * mm, glm::dvec2(0), 1.0, false),
+          {22 * mm, {0.5, -0.4}, 0.5, false},
+          {19 * mm, {-0.3, 0}, 0.6, true}}) {
       auto viewing = scene.start();
-      viewing.focus_m = focus_m;
+      if (!viewer.eyepiece_m) viewing.focus_m = focus_m;
       viewing.eye = eye;
-      viewing.part = part;
+      if (is_pupil)
+        viewing.pupil_m = part * side_m;
+      else
+        viewing.part = part;
       const auto picture = scene.look(viewing);
       const auto sides_m = scene.window_m();
       std::vector<Image> light;
       for (std::size_t i = 0; i < scenes.size(); ++i) {
         const auto& laser = rendered.lasers[i];
         const auto& hologram = scenes[i].hologram;
+        ReconstructSpec what{.z_m = viewing.focus_m,
+                             .window_m = sides_m + 4.0 * hologram.pitch_m,
+                             .view = eye,
+                             .aperture = glm::dvec2(part)};
+        if (viewer.eyepiece_m) {  // a part is for bare holograms
+          what.view = {0, 0};
+          what.aperture = {1, 1};
+          what.pupil = pupils_of(viewer).front();
+          if (is_pupil) what.pupil->diameter_m = part * side_m;
+        }
         const auto seen = reconstruct(device, cl::default_backend(device.info()),
-                                      shown_field(*laser.panel, laser.levels), hologram,
-                                      {.z_m = focus_m,
-                                       .window_m = sides_m + 4.0 * hologram.pitch_m,
-                                       .view = eye,
-                                       .aperture = glm::dvec2(part)});
+                                      shown_field(*laser.panel, laser.levels), hologram, what);
         light.push_back(
             blurred(coarser(seen, hologram.pitch_m, picture.size_px, sides_m),
-                    eye_blur_m(scenes[i].viewer, focus_m) * picture.size_px.x / sides_m.x));
+                    eye_blur_m(viewer, viewing.focus_m) * picture.size_px.x / sides_m.x));
         if (scenes.size() > 1)
           for (auto& pixel : light[i].pixels)
             pixel *=
@@ -115,7 +131,7 @@ DEVICE_TEST("a live picture is that of reconstruct, in focus and out of it, of a
       std::vector<std::uint8_t> expected;
       for (std::size_t i = 0; i < bytes.size(); ++i)
         expected.insert(expected.end(), channels.size() == 1 ? 3 : 1, bytes[i]);
-      CAPTURE(focus_m, part, scenes.size());
+      CAPTURE(viewing.focus_m, part, scenes.size());
       CHECK(mean_difference(picture.rgb, expected) < 3);
       CHECK(*std::max_element(picture.rgb.begin(), picture.rgb.end()) == 255);
     }
@@ -147,6 +163,105 @@ DEVICE_TEST("a scene that was turned and turned back looks as at first, and in b
   viewing.poses[0].rotation_deg.y -= 30;
   viewing.poses[0].position_m.x -= 0.1 * mm;
   CHECK(mean_difference(scene.look(viewing).rgb, first.rgb) < 1);
+}
+
+DEVICE_TEST("a light that is changed lights as one that a scene has so, and none where refused") {
+  const auto scenes = scenes_of();
+  auto scene = live(device, scenes);
+  const auto first = scene.look(scene.start());
+  auto viewing = scene.start();
+  viewing.lights[0].direction = direction_from({-60, 20});
+  viewing.lights[0].intensity = 3;
+  const auto lit = scene.look(viewing);
+  CHECK(lit.hologram_s > 0);
+  CHECK(lit.stages_s.contains("trace"));
+  CHECK(mean_difference(lit.rgb, first.rgb) > 3);
+  auto bright = scenes;
+  bright[0].lights = viewing.lights;
+  auto other = live(device, bright);
+  CHECK(mean_difference(other.look(other.start()).rgb, lit.rgb) < 0.5);
+
+  for (const bool is_place : {true, false}) {
+    auto wrong = viewing;
+    wrong.poses[0].position_m.x += 0.1 * mm;
+    wrong.lights[0].intensity = 1;
+    if (is_place)
+      wrong.poses[1].position_m.z = 1e9;
+    else
+      wrong.lights[0].falls_off = true;  // has other kernels
+    CHECK_THROWS_AS(scene.look(wrong), InputError);
+    const auto after = scene.look(viewing);
+    CHECK(after.hologram_s == 0);
+    CHECK(after.rgb == lit.rgb);
+  }
+  viewing.lights.clear();  // who knows none leaves them
+  CHECK(scene.look(viewing).hologram_s == 0);
+}
+
+TEST_CASE("lights come from where a viewer sees them: from him, his right, above") {
+  const auto near = [](const auto& a, const auto& b) { return glm::length(a - b) < 1e-9; };
+  using Way = glm::dvec3;
+  for (const auto& [from_deg, way] :
+       {std::pair(glm::dvec2(0, 0), Way(0, 0, 1)), {{90, 0}, {1, 0, 0}}, {{0, 90}, {0, -1, 0}}})
+    CHECK(near(direction_from(from_deg), way));  // his right is -x
+  for (const glm::dvec2 from_deg : {glm::dvec2(0), {-30, 70}, {179, -89}, {100, 12}})
+    CHECK(near(origin_deg(5.0 * direction_from(from_deg)), from_deg));
+}
+
+DEVICE_TEST("a saved scene stands, is lit and planned as it was seen, sizes of turned meshes too") {
+  const Folder folder;
+  const auto file = std::filesystem::path(RAYWAVE_DATA_DIR) / "teapot.toml";
+  const std::vector<std::string> set{"hologram.resolution=[240, 136]", "sampling.pitch=0.4 mm"};
+  for (const auto* anchor : {"centre", "origin"}) {
+    auto given = set;
+    given.emplace_back(std::string("object.0.anchor=") + anchor);
+    const auto scenes = load_scenes(file, given);
+    auto scene = live(device, scenes);
+    auto viewing = scene.start();
+    viewing.poses[0].turn({20, 70, -40});
+    viewing.poses[0].position_m += glm::dvec3(2, -1, 5) * mm;
+    viewing.lights[0].direction = {0.1, 0.2, 0.7};
+    viewing.lights[0].intensity = 0.4;
+    viewing.plans = {Preset::draft, true};
+    scene.look(viewing);
+    const auto changes = overrides_between(scenes[0], scene.scene());
+    given.insert(given.end(), changes.begin(), changes.end());
+    save_scene(folder / "saved.toml", read_scene_text(file), given);
+
+    const auto saved = load_scenes(folder / "saved.toml");
+    CHECK(saved[0].sampling.pitch_m == 40e-6);
+    CHECK(saved[0].refine.value().iterations == 4);
+    CHECK(saved[0].lights[0].direction == viewing.lights[0].direction);
+    CHECK(saved[0].lights[0].intensity == 0.4);
+    // A solid that turns about its anchor
+    const auto was = build_world(scenes[0]), is = build_world(saved[0]);
+    const auto& before = scenes[0].objects[0];
+    const auto turn = rotation_xyz(viewing.poses[0].rotation_deg) *
+                      glm::transpose(rotation_xyz(before.rotation_deg));
+    double worst_m = 0;
+    for (std::size_t i = 0; i < was.positions.size(); ++i)
+      worst_m = std::max(
+          worst_m, glm::length(viewing.poses[0].position_m +
+                               turn * (was.positions[i] - before.position_m) - is.positions[i]));
+    CHECK(worst_m < 1e-14);
+  }
+  CHECK(overrides_between(load_scenes(file)[0], load_scenes(file)[0]).empty());
+}
+
+TEST_CASE(
+    "a saved scene finds its files from its own folder, and one that is damaged is not saved") {
+  const Folder folder;
+  save_scene(folder / "deep" / "study.toml", read_scene_text(study_file), {"light.0.intensity=2"});
+  const auto saved = load_scenes(folder / "deep" / "study.toml");
+  CHECK(saved[0].lights[0].intensity == 2);
+  for (std::size_t i = 0; i < 2; ++i)
+    CHECK(std::filesystem::equivalent(saved[0].objects[i].mesh,
+                                      load_scenes(study_file)[0].objects[i].mesh));
+  for (const auto* wrong : {"light.0.intensity=-1", "light.7.intensity=1"}) {
+    CHECK_THROWS_AS(save_scene(folder / "wrong.toml", read_scene_text(study_file), {wrong}),
+                    InputError);
+    CHECK_FALSE(std::filesystem::exists(folder / "wrong.toml"));
+  }
 }
 
 DEVICE_TEST("plans chosen while a turned scene is seen show what they show from the start") {
@@ -183,8 +298,10 @@ DEVICE_TEST("a scene around the hologram begins in focus at its end, and is show
   CHECK(viewing.focus_m > 0.1 * mm);
   for (const double focus_m : {viewing.focus_m, 0.02 * mm, 0.5 * mm, 5 * mm}) {
     viewing.focus_m = focus_m;
-    const auto rgb = scene.look(viewing).rgb;
-    CHECK(*std::max_element(rgb.begin(), rgb.end()) == 255);
+    const auto picture = scene.look(viewing);
+    CHECK(*std::max_element(picture.rgb.begin(), picture.rgb.end()) == 255);
+    // An arc minute from 250 mm away over the steepest light's slope: 0.85 mm
+    CHECK(picture.note.empty() == (focus_m > 0.85 * mm));
   }
 }
 
@@ -208,12 +325,23 @@ TEST_CASE("a script's steps follow each other, and what is wrong in one has its 
   const auto read = [&](const std::string& text) {
     Viewing start;
     start.poses.resize(2);
+    start.lights = {{}, {.type = LightType::point}};
     return read_steps(folder.write("steps.toml", text), start);
   };
   const auto steps = read(
       "[[step]]\nfocus = \"95 mm\"\n[[step]]\nobject = 1\nturn = [0, 10, 0]\nrepeat = 3\n"
-      "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [-0.5, 0]\nlens = true\n");
-  REQUIRE(steps.size() == 5);
+      "[[step]]\nmove = [\"1 mm\", 0, 0]\neye = [-0.5, 0]\nlens = true\npupil = \"2 mm\"\n"
+      "[[step]]\nlight = 1\nposition = [0, \"30 mm\", 0]\npart = 0.5\nsave = true\nrepeat = 2\n"
+      "[[step]]\ndirection = [1, 0, 1]\nintensity = 0.5\n");
+  REQUIRE(steps.size() == 8);
+  CHECK(steps[4].pupil_m == 2 * mm);
+  CHECK_FALSE(steps[5].pupil_m);  // `part` takes its place
+  CHECK_FALSE(steps[5].saves);
+  CHECK(steps[6].saves);
+  CHECK(steps[7].lights[1].position_m.y == 0.03);
+  CHECK(steps[7].lights[0].direction == glm::dvec3(1, 0, 1));
+  CHECK(steps[7].lights[0].intensity == 0.5);
+  CHECK(steps[6].lights[0].intensity == 1);
   CHECK(steps[0].focus_m == 0.095);
   CHECK(steps[3].poses[1].rotation_deg.y == Catch::Approx(30));
   CHECK(steps[4].poses[1].rotation_deg.y == Catch::Approx(30));
@@ -225,6 +353,8 @@ TEST_CASE("a script's steps follow each other, and what is wrong in one has its 
              "steps.toml:2: step 0: object", "0 to 1");
   CHECK_SAYS(input_error_of([&] { read("[[step]]\n[[step]]\ntrun = [0, 1, 0]\n"); }),
              "steps.toml:3", "did you mean \"turn\"");
+  CHECK_SAYS(input_error_of([&] { read("[[step]]\nlight = 1\ndirection = [0, 0, 1]\n"); }),
+             "steps.toml:3", "unknown key \"direction\"");  // of a point
   CHECK_SAYS(input_error_of([&] { read(""); }), "has no [[step]]");
 }
 
