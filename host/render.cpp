@@ -164,6 +164,7 @@ void Renderer::State::complete(Laser& laser, RenderResult& result) {
   result.levels = std::move(encoder.levels);
   result.light = std::move(encoder.light);
   result.field = std::move(encoder.field);
+  report(laser, "done", 1);
   const auto times = std::exchange(times_, {});
   for (const auto& [stage, s] : times.wall_s) result.seconds[stage] += s;
   for (const auto& [stage, s] : times.processor_s) result.processor_seconds[stage] += s;
@@ -185,6 +186,7 @@ Rendered Renderer::State::render_lasers() {
     ready_ = nullptr;
     laser.stages->carrier = nullptr;
     laser.stages->refiner.release();
+    laser.stages->encoder.release();
   }
   std::vector<double> needs;
   for (auto& laser : lasers_) {
@@ -329,11 +331,7 @@ const FieldStack* Renderer::State::refine_start(const Laser& laser) const {
 
 /// What both devices have where there are two.
 MemoryLimits Renderer::State::limits() const {
-  auto least = limits_of(device_.info());
-  const auto other = limits_of(waves_device().info());
-  least.device_bytes = std::min(least.device_bytes, other.device_bytes);
-  least.largest_buffer_bytes = std::min(least.largest_buffer_bytes, other.largest_buffer_bytes);
-  return least;
+  return limits_of(device_.info()).least(limits_of(waves_device().info()));
 }
 
 /// Plans the scene in as few tiles as memory allows.
@@ -413,7 +411,6 @@ RenderResult Renderer::State::result_of(Laser& laser) {
   result.clip = encoder.own_clip() * std::sqrt(radiance_unit);
   result.samples = table ? table->count : 0;
   result.hidden_samples = table ? table->hidden : 0;
-  report(laser, "done", 1);
   result.device_peak_bytes =
       device_.peak_bytes() + (options_.waves_device ? options_.waves_device->peak_bytes() : 0);
   auto times = std::exchange(times_, {});

@@ -100,8 +100,8 @@ RenderResult render(const cl::Device& device, const Scene& scene, const World& w
 /// The holograms of a scene, one for each laser, to be shown in turn.
 struct Rendered {
   std::vector<RenderResult> lasers;  // in the order of the scenes
-  // Irradiance of each field, mean over pixels and frames; of white scenes, all lasers have the
-  // same. Empty for one laser
+  // Irradiance of each field as it is encoded, mean over pixels and frames; of white scenes, all
+  // lasers have the same. Empty for one laser
   std::vector<double> energies;
   // Radiant powers that the lasers must have for the colours to be right, all for the same time;
   // their sum is 1. Encodings that show amplitudes share one scale, and take the powers of white

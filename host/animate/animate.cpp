@@ -250,9 +250,13 @@ Animator::Animator(const cl::Device& device, std::vector<Scene> scenes, cl::FftB
   for (std::size_t i = 0; i < lasers_.size(); ++i) plan_laser(lasers_[i], poses_[i]);
 }
 
+MemoryLimits Animator::limits() const {
+  return limits_of(device_.info()).least(limits_of(waves_.value_or(device_).info()));
+}
+
 std::string Animator::shared_by() const {
   auto text = depends_on_;
-  const auto limits = limits_of(device_.info());
+  const auto limits = this->limits();
   for (const auto bytes : {limits.device_bytes, limits.largest_buffer_bytes, limits.host_bytes})
     text += std::to_string(bytes) + '\n';
   return hash_name(text);
@@ -313,12 +317,13 @@ void Animator::plan_laser(Laser& laser, std::vector<int>& poses) {
         make_plan(moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles)
             .slm.encoding;
   }
-  constexpr bool keep_field = false;
-  const MemoryUse use{Method::wrp, fft_, keep_field};
-  laser.base = std::make_shared<const Plan>(
-      fitting_plan_of_poses(moved, world_, poses, move_to,
-                            limits_of(device_.info()).for_one_of(static_cast<int>(lasers_.size())),
-                            use, RenderOptions{}.rays_per_axis, has_doubles));
+  // As Renderer holds them
+  const bool holds_fields = lasers_.size() > 1 && laser.scene.slm.encoding != Encoding::phase &&
+                            laser.scene.sampling.frames > 1;
+  const MemoryUse use{Method::wrp, fft_, holds_fields};
+  laser.base = std::make_shared<const Plan>(fitting_plan_of_poses(
+      moved, world_, poses, move_to, limits().for_one_of(static_cast<int>(lasers_.size())), use,
+      RenderOptions{}.rays_per_axis, has_doubles));
   move_to(0);
   laser.plan = std::make_shared<const Plan>(make_plan(
       moved, world_, Method::wrp, RenderOptions{}.rays_per_axis, has_doubles, laser.base.get()));

@@ -128,6 +128,8 @@ private:
   void share(const Scale& scale) const;
   /// Where the lasers have to show how bright a picture is.
   bool lasers_dim(const Laser& laser) const;
+  /// Of both devices where there are two.
+  MemoryLimits limits() const;
   /// Of all lasers.
   Renderer renderer(const Progress& progress) const;
   /// Moves a renderer to a picture, which `scene` describes.

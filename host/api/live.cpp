@@ -18,6 +18,11 @@ void require_unplanned(const Scene::State& scene, bool has_goal) {
     throw InputError("preset, budget, psnr and rate: the scene of a plan has its values chosen");
 }
 
+raywave::Goal goal_for(const Scene::State& scene, const Goal& goal) {
+  require_unplanned(scene, goal_of(goal).any());
+  return goal_of(goal);
+}
+
 int checked_side(int longest) {
   if (longest >= 16 && longest <= 4096) return longest;
   throw InputError("longest: must be 16 to 4096 pixels, got " + std::to_string(longest));
@@ -34,31 +39,20 @@ struct LiveView::State {
       : of(scene),
         opened(open(options.on)),
         live(opened.device, opened.fft, scene.state().world(),
-             planning_of(scene.state().scenes, goal_of(options.goal), opened.device.info()),
+             planning_of(scene.state().scenes, goal_for(scene.state(), options.goal),
+                         opened.device.info()),
              checked_side(options.longest)),
-        start(live.start()) {
-    require_unplanned(scene.state(), goal_of(options.goal).any());
-  }
+        start(live.start()) {}
 
-  /// Refuses what can only be a slip, as a focus in millimetres.
+  /// Refuses what can only be a slip.
   void require_possible(const Viewing& viewing) const {
     require_unplanned(of.state(), viewing.preset.has_value());
     if (viewing.poses.size() != start.poses.size())
       throw InputError("poses: there are " + std::to_string(viewing.poses.size()) +
                        ", and the scene has " + std::to_string(start.poses.size()) + " objects");
-    double farthest_m = std::abs(start.focus_m) + live.depth_m();
-    for (std::size_t i = 0; i < viewing.poses.size(); ++i) {
-      const auto& pose = viewing.poses[i];
-      require_pose(i, viewing.poses.size(), pose.position_m, pose.rotation_deg);
-      farthest_m = std::max(farthest_m, std::abs(pose.position_m[2]));
-    }
-    const double most_m = two_digits(10 * farthest_m), focus_m = viewing.focus_m;
-    require(std::abs(focus_m) <= most_m, "focus",
-            "must be a depth in metres, up to " + number_text(most_m) +
-                ", ten times as far as the scene, whose middle is at " + number_text(start.focus_m),
-            focus_m);
-    require(focus_m != 0, "focus", "must not be 0, the SLM's own plane, which has no picture",
-            focus_m);
+    for (std::size_t i = 0; i < viewing.poses.size(); ++i)
+      require_pose(i, viewing.poses.size(), viewing.poses[i].position_m,
+                   viewing.poses[i].rotation_deg);
     for (const double x : viewing.view)
       require(std::abs(x) <= 1, "view", "must be -1 to 1, in half holograms", x);
     require(viewing.aperture >= 0.01 && viewing.aperture <= 1, "aperture",

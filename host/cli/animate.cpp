@@ -189,7 +189,7 @@ void run_animate(const AnimateArguments& options) {
   auto devices = options.device.all();
   const auto waves = options.device.waves(devices[0]);
   if (devices.size() > 1 && waves)
-    throw InputError("--waves-on is beside one device, and --device names several");
+    throw InputError("--waves-on is beside one device: give --device one, not several");
   const cl::Device device(devices[0]);
   const auto fft = options.device.backend(waves.value_or(devices[0]));
   const bool is_part = wanted.end - wanted.first < scenes[0].animation->pictures;

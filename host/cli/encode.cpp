@@ -69,7 +69,9 @@ std::vector<EncodedLaser<Level>> encode_each(const LaserHolograms& holograms,
     clip = std::max(clip, laser.encoder->own_clip());
   }
   for (auto& laser : lasers) {
-    if (!laser.encoder->needs_clip() || laser.encoder->own_clip() == clip) continue;
+    // Frames have clips of their own
+    const bool has_own = laser.field.frames == 1 && laser.encoder->own_clip() == clip;
+    if (!laser.encoder->needs_clip() || has_own) continue;
     laser.encoder->show_up_to(clip);
     laser.light.clear();
     laser.levels = encode<Level>(device, *laser.encoder, laser.field, &laser.light);

@@ -70,6 +70,8 @@ void use(const cl::Device& device, const std::optional<cl::Device>& waves,
       for (std::size_t i = 0; i < scenes.size(); ++i) scenes[i] = planned[i].scene;
     }
     results = Renderer(device, scenes, world, how).render_lasers().lasers;
+    // One laser after another, fields may be needed where all together leave transforms
+    if (scenes.size() > 1) render(device, scenes, world, how);
   }
   if (waves) return;
   for (const auto& laser : results) {

@@ -460,10 +460,9 @@ void record(const ViewArguments& options, LiveScene& scene, const Given& given) 
     save(out.folder() / name, picture);
     out.add(name);
     if (step.saves) {
-      const auto free =
-          free_name(out.folder(), name.substr(0, name.find('.'))).filename().string() + ".toml";
-      save(out.folder() / free, scene, given);
-      out.add(free);
+      const auto of_scene = name.substr(0, name.find('.')) + ".toml";
+      save(out.folder() / of_scene, scene, given);
+      out.add(of_scene);
     }
     auto notes = scene.notes();
     if (!picture.note.empty()) notes.push_back(picture.note);

@@ -103,8 +103,8 @@ cl::Program& Encoder::program_of(const TileField& field) {
   return *program;
 }
 
-double Encoder::clip_of(const TileField& field) {
-  if (!needs_clip()) return 1;
+/// Of every so many, over the beam's; those that are numbers.
+std::vector<float> Encoder::amplitudes_of(const TileField& field) {
   const auto& plane = field.transformed;
   const auto pixels = plane ? area_of(plane->size) : field.samples->size();
   const auto stride = stride_of(pixels), count = (pixels + stride - 1) / stride;
@@ -116,7 +116,13 @@ double Encoder::clip_of(const TileField& field) {
                static_cast<std::uint32_t>(count));
   };
   plane ? run(plane->arguments(), plane->size.x) : run(*field.samples, 1);
-  return clip_of_amplitudes(amplitudes_.read());
+  auto amplitudes = amplitudes_.read();
+  std::erase_if(amplitudes, [](float a) { return !std::isfinite(a); });
+  return amplitudes;
+}
+
+double Encoder::clip_of(const TileField& field) {
+  return needs_clip() ? clip_of_amplitudes(amplitudes_of(field)) : 1;
 }
 
 double Encoder::clip_of(std::span<const std::complex<float>> field) {
@@ -152,21 +158,40 @@ void Encoder::upload(const PixelWindow& window) {
   window_ = window;
 }
 
-ShownLight Encoder::light_of(const TileField& field, glm::ivec2 size, double clip) {
+ShownLight Encoder::light_of(const TileField& field, const PixelWindow& window, double clip) {
   // As many work-items of a row as read together on a GPU
   const std::size_t columns = device_.info().kind == cl::DeviceKind::gpu ? 64 : 1;
-  const auto rows = static_cast<std::size_t>(size.y);
+  const auto rows = static_cast<std::size_t>(window.size.y);
   if (sums_.size() != columns * rows) sums_ = {device_, columns * rows, "light of rows"};
-  const float most =
-      needs_clip() ? static_cast<float>(clip) : std::sqrt(std::numeric_limits<float>::max());
+  // Squares of scaled amplitudes stay floats, however bright or faint the field is
+  double unit = clip;
+  if (!needs_clip()) {
+    const auto amplitudes = amplitudes_of(field);
+    unit = amplitudes.empty() ? 0 : *std::ranges::max_element(amplitudes);
+  }
+  if (!(unit > 0)) unit = 1;
+  if (knows_beam()) upload(window);
   auto kernel = program_of(field).kernel("sum_light");
   const auto run = [&](const auto& source) {
-    kernel.run({columns, rows}, {columns, 1}, source, size.x, size.y, most, sums_);
+    kernel.run({columns, rows}, {columns, 1}, source, beam_, window.size.x, window.size.y,
+               static_cast<float>(std::min<double>(1 / unit, std::numeric_limits<float>::max())),
+               sums_);
   };
   field.transformed ? run(field.transformed->arguments()) : run(*field.samples);
   ShownLight light;
-  for (const auto& sum : sums_.read()) light += {sum.real(), sum.imag()};
+  for (const auto& sum : sums_.read())
+    light += {unit * unit * double{sum.real()}, unit * unit * double{sum.imag()}};
   return light;
+}
+
+void Encoder::release() {
+  const auto free = [](auto& kept) { kept.levels = {}; };
+  std::apply([&](auto&... kept) { (free(kept), ...); }, level_buffers_);
+  added_ = {device_, 1, "added phases"};
+  beam_ = {device_, 1, "light on pixels"};
+  amplitudes_ = {};
+  sums_ = {};
+  window_ = {{0, 0}, {0, 0}};
 }
 
 template <class Level>
@@ -235,7 +260,7 @@ std::vector<std::vector<Level>> encode(const cl::Device& device, Encoder& encode
       const PixelWindow window{{0, static_cast<int>(y)}, {size.x, static_cast<int>(strip)}};
       encoder.template levels_of<Level>(on_device, window, clip)
           .read(std::span(picture).subspan(y * nx, strip * nx));
-      if (light) of_frame += encoder.light_of(on_device, window.size, clip);
+      if (light) of_frame += encoder.light_of(on_device, window, clip);
     }
     if (light) light->push_back(of_frame);
   }

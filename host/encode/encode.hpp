@@ -63,11 +63,14 @@ public:
   /// The largest clip that a hologram had by itself since; 0: none had light.
   double own_clip() const { return own_clip_; }
 
-  /// The light of the pixels, as the encoding takes it: without the beam.
+  /// The light of the pixels.
   ///
   /// clip      as of levels_of; does not count where the encoding needs none
   /// accuracy  1e-6
-  ShownLight light_of(const TileField& field, glm::ivec2 size, double clip);
+  ShownLight light_of(const TileField& field, const PixelWindow& window, double clip);
+
+  /// Frees the device's memory, which comes again when it is needed.
+  void release();
 
   /// The grey levels on the device, valid until the next field is encoded into that buffer.
   ///
@@ -94,6 +97,7 @@ private:
   /// Brings what each pixel of a window has of its own to the device: added phases, and the beam.
   void upload(const PixelWindow& window);
   bool knows_beam() const { return needs_clip() && !panel_->beam().empty(); }
+  std::vector<float> amplitudes_of(const TileField& field);
   double clip_of_amplitudes(std::vector<float> amplitudes);
 
   cl::Device device_;

@@ -79,15 +79,15 @@ void EncodeStage::encode_window(const TileField& of_window, const PixelWindow& w
   copies_[buffer].wait();
   const double clip = encoder_->clip_of(of_window);
   has_light_ = has_light_ || clip != 1;  // 1 of all numbers: where there is none
-  if (!plan_->refine) count_light(of_window, frame, clip);
   copies_[buffer] = start_reading(encoder_->levels_of(of_window, window, clip, buffer), window,
                                   std::span(levels[frame]));
+  if (!plan_->refine) count_light(of_window, window, frame, clip);
   device_.finish();
 }
 
-void EncodeStage::count_light(const TileField& of_tile, std::size_t frame, double clip) {
-  if (options_.count_light)
-    light[frame] += encoder_->light_of(of_tile, plan_->tiling.tile_size, clip);
+void EncodeStage::count_light(const TileField& of_window, const PixelWindow& window,
+                              std::size_t frame, double clip) {
+  if (options_.count_light) light[frame] += encoder_->light_of(of_window, window, clip);
 }
 
 PixelWindow EncodeStage::window_of(std::size_t tile) const {
@@ -99,7 +99,7 @@ void EncodeStage::run(const TileField& at_hologram, std::size_t tile, int frame)
   if (!encodes_whole(*plan_) || tile_)
     encode_window(at_hologram, window_of(tile), number);
   else if (plan_->refine)
-    count_light(at_hologram, number, 1);
+    count_light(at_hologram, window_of(tile), number, 1);
   if (!needs_field_) {
     last_ = at_hologram;
     return;
@@ -140,6 +140,11 @@ void EncodeStage::encode_field() {
   levels = encode(device_, *encoder_, field, options_.count_light ? &light : nullptr);
 }
 
+void EncodeStage::release() {
+  for (auto& copy : copies_) copy.wait();
+  encoder_->release();
+}
+
 void EncodeStage::finish(double radiance_unit) {
   {
     const StageClock clock(times_, "encode");
@@ -155,6 +160,8 @@ void EncodeStage::finish(double radiance_unit) {
 }
 
 bool EncodeStage::looks_dark() const {
+  if (options_.count_light)
+    return std::ranges::all_of(light, [](const ShownLight& frame) { return frame.all == 0; });
   if (needs_field_)
     return std::ranges::all_of(field.samples,
                                [](const auto& sample) { return sample == std::complex<float>(); });

@@ -25,7 +25,7 @@ void brighten(std::span<std::complex<float>> field, double radiance_unit, const 
 
 /// The results grow on the host tile by tile and frame by frame: the grey levels of one frame are
 /// copied while the next frame is computed. An encoding that looks at the whole hologram
-/// (encodes_whole) waits for all its tiles: their fields are kept on the host until `finish`.
+/// (encodes_whole) waits for all its tiles: their fields are kept on the host until `run_waiting`.
 class EncodeStage {
 public:
   struct Options {
@@ -59,6 +59,8 @@ public:
   ///
   /// clip  of all frames and lasers, in the device's units of amplitude
   void show_up_to(double clip);
+  /// Frees the device's memory until the next picture, or show_up_to.
+  void release();
   /// Waits for the copies and completes the picture: `levels`, `light` and `field` may be taken
   /// then.
   void finish(double radiance_unit);
@@ -84,7 +86,8 @@ private:
   /// Encodes a window of a frame and begins to copy it.
   void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
   void encode_field();
-  void count_light(const TileField& field, std::size_t frame, double clip);
+  void count_light(const TileField& field, const PixelWindow& window, std::size_t frame,
+                   double clip);
   /// Begins to copy the pixels of a window to their places in the hologram.
   template <class T>
   cl::Copy start_reading(const cl::Buffer<T>& from, const PixelWindow& window,

@@ -457,7 +457,8 @@ private:
 Planned plan_laser(const Scene& scene, const World& world, const DeviceFigures& device,
                    const Goal& goal, KeptResults kept, std::size_t lasers,
                    const Scene* given = nullptr) {
-  const MemoryUse use{Method::wrp, device.fft, kept.field || lasers > 1, kept.by_tile};
+  const bool holds_field = kept.field || (lasers > 1 && scene.slm.encoding != Encoding::phase);
+  const MemoryUse use{Method::wrp, device.fft, holds_field, kept.by_tile};
   // Values that the scene leaves open keep their defaults, or are chosen as the goal says.
   Planned planned;
   planned.scene = scene;

@@ -268,8 +268,6 @@ Pupil LiveScene::pupil_of(const Viewing& viewing) const {
 }
 
 Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
-  if (viewing.focus_m == 0)
-    throw InputError("focus 0: the SLM's own plane has no picture; focus before or beyond it");
   const auto& laser = shown_.lasers[number];
   const auto field = shown_field(*laser.panel, laser.levels);
   const auto& viewer = renderer_->scene().viewer;
@@ -301,13 +299,17 @@ void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewi
     });
   });
 
-  const refinement::Optics optics{.size = plan.hologram.size,
-                                  .pitch_m = plan.hologram.pitch_m,
-                                  .wavelength_m = plan.hologram.wavelength_m,
-                                  .blur_m = blur_m};
+  // As many samples of a part's light as of the whole hologram's: fewer would beat with the pixels
+  const auto part = part_of(viewing);
+  const refinement::Optics optics{
+      .size = plan.hologram.size,
+      .pitch_m = plan.hologram.pitch_m,
+      .wavelength_m = plan.hologram.wavelength_m,
+      .blur_m = blur_m,
+      .padding = std::min(refine_padding / std::min(part.x, part.y), 8.0)};
   const refinement::Key key{.z_m = viewing.focus_m,
                             .view = viewing.eye,
-                            .aperture = part_of(viewing),
+                            .aperture = part,
                             .picture = Image{size_px_.x, size_px_.y, {}},
                             .pixel_m = window_m_ / glm::dvec2(size_px_)};
   const auto propagation = key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
@@ -369,13 +371,35 @@ std::string LiveScene::note_of(const Viewing& viewing) const {
          millimetres(detail_m / steepest, 2) + " of the hologram, where its light has not met yet";
 }
 
+/// Refuses what can only be a slip, as millimetres that are taken for metres.
+void LiveScene::require_focus(const Viewing& viewing) const {
+  double farthest_m = std::abs(middle_m_) + depth_m();
+  for (const auto& pose : viewing.poses)
+    farthest_m = std::max(farthest_m, std::abs(pose.position_m.z));
+  const double most_m = two_digits(10 * farthest_m);
+  if (viewing.focus_m == 0)
+    throw InputError("focus 0: the SLM's own plane has no picture; focus before or beyond it");
+  if (!(std::abs(viewing.focus_m) <= most_m))
+    throw InputError("focus: must be a depth in metres, up to " + number_text(most_m) +
+                     ", ten times as far as the scene, whose middle is at " +
+                     number_text(middle_m_) + ", got " + number_text(viewing.focus_m));
+}
+
 LivePicture LiveScene::look(const Viewing& viewing) {
   LivePicture result;
+  require_focus(viewing);
   double start_s = now_s();
   if (viewing.plans != now_.plans || viewing.poses != now_.poses ||
       !(viewing.lights.empty() || viewing.lights == now_.lights)) {
+    const auto before = now_;
     if (viewing.plans != now_.plans) plan_anew(viewing.plans);
-    move(viewing);
+    try {
+      move(viewing);
+    } catch (...) {
+      if (now_.plans != before.plans) plan_anew(before.plans);
+      move(before);
+      throw;
+    }
     result.hologram_s = now_s() - start_s;
   }
   for (const auto& laser : shown_.lasers)

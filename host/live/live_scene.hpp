@@ -109,6 +109,7 @@ private:
   Pupil pupil_of(const Viewing& viewing) const;
   std::string note_of(const Viewing& viewing) const;
   void require_time(const std::vector<Scene>& scenes) const;
+  void require_focus(const Viewing& viewing) const;
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
   void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,

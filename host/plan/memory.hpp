@@ -2,6 +2,7 @@
 /// Memory that a plan takes, and what there is.
 #pragma once
 
+#include <algorithm>
 #include <cstddef>
 #include <cstdint>
 #include <limits>
@@ -25,6 +26,11 @@ struct MemoryLimits {
       return bytes == none ? none : bytes / static_cast<std::uint64_t>(renderers);
     };
     return {part(device_bytes), largest_buffer_bytes, part(host_bytes), device_on_host};
+  }
+  /// What another device of the same machine has, too.
+  MemoryLimits least(const MemoryLimits& other) const {
+    return {std::min(device_bytes, other.device_bytes),
+            std::min(largest_buffer_bytes, other.largest_buffer_bytes), host_bytes, device_on_host};
   }
 };
 

@@ -114,6 +114,7 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
     const std::string advice = "fewer sampling.frames or a smaller hologram.resolution needs less";
     needs.push_back({"phases of the holograms", 8 * pictures, advice});
     needs.push_back({"phases of a hologram", 8 * all_pixels, advice});
+    if (adds_to_phases(plan.slm)) needs.push_back({"light of the panel", 32 * all_pixels, advice});
     add_pictures(plan, advice, all);
     if (use.keep_field) all.results_bytes += 8 * pictures;
     all.host_bytes += all.results_bytes;

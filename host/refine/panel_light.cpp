@@ -18,6 +18,7 @@ cl::Buffer<float> on_device(const cl::Device& device, const std::vector<double>&
 
 PanelLight::PanelLight(const cl::Device& device, std::shared_ptr<const Panel> panel)
     : device_(device),
+      panel_(panel),
       encoder_(device, panel),
       program_(device, "kernels/refine/panel_light.cl",
                {{option::lanes, std::to_string(device.info().float_lanes)}}),
@@ -81,8 +82,7 @@ void PanelLight::turn(PhaseStack& holograms, int frame) {
 
 std::shared_ptr<const Panel> panel_to_know(const SlmSpec& slm, glm::ivec2 size, glm::dvec2 pitch_m,
                                            double wavelength_m) {
-  if (slm.undiffracted == 0 && !slm.crosstalk.any() && values_of_levels(slm).amplitudes.empty())
-    return nullptr;
+  if (!adds_to_phases(slm)) return nullptr;
   auto of_phases = slm;
   of_phases.encoding = Encoding::phase;
   return std::make_shared<const Panel>(of_phases, size, pitch_m, wavelength_m);

@@ -10,6 +10,10 @@
 
 namespace raywave::refinement {
 
+/// Device memory that a PanelLight takes for each pixel: its light twice, what pixels are told,
+/// levels and added phases.
+constexpr std::uint64_t panel_bytes = 32;
+
 /// Refinement propagates `light()`, corrects `modulated()`, and gives what that turned by to the
 /// hologram. Each pixel's phase is turned by what its own light lacks, as though neighbours and
 /// steps of levels were not there: the next iterations see what that has come to.
@@ -23,6 +27,7 @@ public:
   /// Turns the frame's phases as the modulated light was turned since.
   void turn(PhaseStack& holograms, int frame);
 
+  const std::shared_ptr<const Panel>& panel() const { return panel_; }
   const PhaseStack& light() const { return light_; }
   PhaseStack& modulated() { return modulated_; }
 
@@ -35,6 +40,7 @@ private:
   bool has_added() const { return !encoder_.panel().added().empty(); }
 
   cl::Device device_;
+  std::shared_ptr<const Panel> panel_;
   Encoder encoder_;
   cl::Program program_;
   glm::ivec2 margin_{0, 0};

@@ -16,6 +16,7 @@
 #include "host/refine/light.hpp"
 #include "host/refine/panel_light.hpp"
 #include "host/refine/sample_picture.hpp"
+#include "kernels/refine/rows_together.h"
 
 namespace raywave {
 namespace {
@@ -66,7 +67,7 @@ Propagation propagation_of(const refinement::Optics& optics, const RefineKey& ke
 
 /// Refuses what the device has no memory for, before any is taken.
 void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_plane, int frames,
-                    const std::vector<PictureGrid>& grids) {
+                    const std::vector<PictureGrid>& grids, bool knows_panel) {
   const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
   std::vector<cl::MemoryNeed> needs;
   std::vector<std::uint64_t> planes, wides;  // by slot
@@ -87,6 +88,8 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
       {"phases of the holograms",
        area_of({size.x + 2 * PictureGrid::packet, size.y}) * static_cast<std::uint64_t>(frames) * 8,
        advice});
+  if (knows_panel)
+    needs.push_back({"light of the panel", area_of(size) * refinement::panel_bytes, advice});
   if (pupil_plane.x > 0)
     needs.push_back({"light in the pupil's plane", area_of(pupil_plane) * 16, advice});
   if (spectra > 0) needs.push_back({"spectrum of the hologram", spectra * 8, advice});
@@ -98,11 +101,8 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
   cl::require_memory(device, needs);
 }
 
-/// Work-items for rows that kernels/refine/refine.cl takes ROWS_TOGETHER.
-int blocks_of(int rows) {
-  constexpr int together = 4;
-  return (rows + together - 1) / together;
-}
+/// Work-items for rows that are taken ROWS_TOGETHER.
+int blocks_of(int rows) { return (rows + ROWS_TOGETHER - 1) / ROWS_TOGETHER; }
 
 /// Keys that an iteration takes together: numbers from first to the one before end.
 struct Round {
@@ -221,21 +221,18 @@ public:
     pictures_.resize(keys.size());
 
     auto& threads = cl::Threads::shared();
-    targets_.resize(keys.size());
-    scratch_.resize(threads.count());
-    threads.for_each(threads.count(), keys.size(), 1, [&](std::size_t thread, std::size_t key) {
-      if (keys[key].samples)
-        refinement::sample_picture(optics, grids[key], *keys[key].samples, targets_[key],
-                                   scratch_[thread]);
-      else
-        targets_[key] = refinement::blurred_target(optics, keys[key], grids[key]);
+    std::vector<std::vector<float>> targets(keys.size());
+    threads.for_each(threads.count(), keys.size(), 1, [&](std::size_t, std::size_t key) {
+      targets[key] = keys[key].samples
+                         ? refinement::sample_picture(optics, grids[key], *keys[key].samples)
+                         : refinement::blurred_target(optics, keys[key], grids[key]);
     });
     for (std::size_t key = 0; key < keys.size(); ++key) {
       const auto& grid = grids[key];
       const glm::ivec2 margin =
           keys[key].samples ? glm::ivec2(grid.margin_x(), grid.radius_y()) : glm::ivec2(0);
       refinement::ask_for_more(optics, grid, grid.region_first - margin,
-                               grid.region_size + 2 * margin, targets_[key]);
+                               grid.region_size + 2 * margin, targets[key]);
       const auto on_device = [&](const std::vector<float>& values) {
         return cl::Buffer<float>(device_, std::span<const float>(values), "blur");
       };
@@ -244,12 +241,13 @@ public:
       if (keys[key].samples) {
         picture.weights_x = on_device(grid.sample_weights_x);
         picture.weights_y = on_device(grid.sample_weights_y);
-        wide_.write(targets_[key]);
+        wide_.write(targets[key]);
         blur_rows(grid, picture);
         add_picture(grid, picture, picture.target, false);
       } else {
-        picture.target.write(targets_[key]);
+        picture.target.write(targets[key]);
       }
+      targets[key] = {};
       picture.weights_x = on_device(grid.weights_x);
       picture.weights_y = on_device(grid.weights_y);
       picture.light = known_light(grid, picture.target, picture.target);
@@ -381,8 +379,6 @@ private:
   std::vector<Picture> pictures_;
   std::vector<cl::Buffer<float>> blurred_;  // by slot
   cl::Buffer<float> wide_, shown_, row_sums_;
-  // On the host: what of the keys is wanted, and of each thread
-  std::vector<std::vector<float>> targets_, scratch_;
   double scale_ = 1, unit_ = 1;
 };
 
@@ -394,6 +390,7 @@ struct Refiner::State {
   cl::Device device;
   PhaseStack holograms;
   Loop loop;
+  std::optional<refinement::PanelLight> panel;  // RefineSpec::panel's
 };
 
 Refiner::Refiner(const cl::Device& device, cl::FftBackend backend)
@@ -415,7 +412,7 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
 
 RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spec) {
   check(keys, spec);
-  auto& [device, holograms, loop] = *state_;
+  auto& [device, holograms, loop, panel] = *state_;
   const auto prepared = Clock::now();
   const auto report = [&](const std::string& what, double share) {
     if (spec.progress) spec.progress(what, share);
@@ -431,8 +428,6 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
     result.figures.exact_keys += propagation != Propagation::fresnel;
     grids.push_back(picture_grid(optics, key, propagation));
   }
-  std::optional<refinement::PanelLight> panel;
-  if (spec.panel) panel.emplace(device, spec.panel);
   const auto look = [&](int frame, const Round& round) {
     if (panel) panel->show(holograms, frame);
     panel ? loop.look(panel->light(), 0, round) : loop.look(holograms, frame, round);
@@ -448,7 +443,12 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
       grids[key].slot = static_cast<int>(key - round.first);
   }
   const int frames = holograms.frames();
-  require_memory(device, holograms.size(), optics.pupil_plane, frames, grids);
+  require_memory(device, holograms.size(), optics.pupil_plane, frames, grids,
+                 spec.panel != nullptr);
+  if (!spec.panel)
+    panel.reset();
+  else if (!panel || panel->panel() != spec.panel)
+    panel.emplace(device, spec.panel);
   const auto bright_key = key_of_brightness(grids);
   const auto bright_round = static_cast<std::size_t>(
       std::ranges::find_if(rounds, [&](const Round& round) { return bright_key < round.end; }) -

@@ -12,8 +12,8 @@
 namespace raywave {
 
 RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::ivec2 size,
-                       glm::dvec2 pitch_m, double wavelength_m,
-                       const std::vector<RefineKey>& keys) {
+                       glm::dvec2 pitch_m, double wavelength_m, const std::vector<RefineKey>& keys,
+                       std::shared_ptr<const Panel> panel) {
   RefineSpec spec;
   spec.pitch_m = pitch_m;
   spec.wavelength_m = wavelength_m;
@@ -28,7 +28,8 @@ RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::
   spec.showing.fill = slm.fill;
   spec.showing.carrier = carrier_of(slm, pitch_m, wavelength_m);
   spec.showing.source = source_spread(slm, pitch_m, wavelength_m);
-  spec.panel = refinement::panel_to_know(slm, size, pitch_m, wavelength_m);
+  spec.panel =
+      panel ? std::move(panel) : refinement::panel_to_know(slm, size, pitch_m, wavelength_m);
   return spec;
 }
 
@@ -98,7 +99,8 @@ void RefineStage::run(const DeviceScene& scene, const SampleTable* table) {
         lens_key(device_, *plan_, scene, place, blur_m, key_pictures(settings)));
   }
   auto spec = refine_spec(settings, plan_->slm, plan_->hologram.size, plan_->hologram.pitch_m,
-                          plan_->hologram.wavelength_m, refined_.keys);
+                          plan_->hologram.wavelength_m, refined_.keys, panel_);
+  panel_ = spec.panel;
   spec.progress = progress_;
   if (of_samples || settings.viewer.eyepiece_m) {
     spec.iterations = planned_iterations(*plan_);

@@ -27,9 +27,11 @@ struct Refined {
 
 /// Settings of the iterations: Plan::refine's, with a number of iterations for these pictures.
 ///
-/// size  of the hologram
+/// size   of the hologram
+/// panel  RefineSpec::panel of an earlier call, of the same SLM; null: there was none
 RefineSpec refine_spec(const RefineSettings& settings, const SlmSpec& slm, glm::ivec2 size,
-                       glm::dvec2 pitch_m, double wavelength_m, const std::vector<RefineKey>& keys);
+                       glm::dvec2 pitch_m, double wavelength_m, const std::vector<RefineKey>& keys,
+                       std::shared_ptr<const Panel> panel = {});
 
 /// How pictures are made by Plan::refine.
 KeyPictures key_pictures(const RefineSettings& settings);
@@ -74,6 +76,7 @@ private:
   std::function<void(const std::string&, double)> progress_;
   const Plan* plan_ = nullptr;
   bool has_start_ = false;
+  std::shared_ptr<const Panel> panel_;  // from the first run on: the SLM stays
   std::optional<Refiner> refiner_;
   Refined refined_;
 };

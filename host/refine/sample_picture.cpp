@@ -57,15 +57,12 @@ struct Stretch {
 
 class Raster {
 public:
-  Raster(const Optics& optics, const PictureGrid& grid, const SampleLight& light,
-         std::vector<float>& changes)
+  Raster(const Optics& optics, const PictureGrid& grid, const SampleLight& light)
       : grid_(grid),
         light_(light),
         wide_(grid.wide_size()),
         stride_(wide_.x + 2),
-        changes_(changes) {
-    const auto count = static_cast<std::size_t>(stride_) * static_cast<std::size_t>(wide_.y + 2);
-    changes_.resize(std::max(changes_.size(), count));
+        changes_(static_cast<std::size_t>(stride_) * static_cast<std::size_t>(wide_.y + 2)) {
     const auto side = [&](int axis, double sign) {
       // Rows of pixels count downwards, rows of parts upwards
       const int n_pupil = optics.pupil_plane[axis];
@@ -119,25 +116,21 @@ public:
     }
   }
 
-  /// Gives out the sum of all boxes, and forgets them.
-  void take(std::vector<float>& picture) {
-    picture.resize(area_of(wide_));
+  /// The sum of all boxes.
+  std::vector<float> picture() const {
+    std::vector<float> result(area_of(wide_));
     std::vector<double> column(static_cast<std::size_t>(wide_.x));
-    const auto row_of_changes = [&](int y) {
-      return changes_.begin() + static_cast<std::ptrdiff_t>(y) * stride_;
-    };
     for (int y = 0; y < wide_.y; ++y) {
-      const auto changes = row_of_changes(y);
-      float* row = picture.data() + static_cast<std::ptrdiff_t>(y) * wide_.x;
+      const float* changes = changes_.data() + static_cast<std::ptrdiff_t>(y) * stride_;
+      float* row = result.data() + static_cast<std::ptrdiff_t>(y) * wide_.x;
       double sum = 0;
       for (std::size_t x = 0; x < column.size(); ++x) {
-        sum += static_cast<double>(changes[static_cast<std::ptrdiff_t>(x)]);
+        sum += static_cast<double>(changes[x]);
         column[x] += sum;
         row[x] = static_cast<float>(std::max(column[x], 0.0));
       }
-      std::fill_n(changes, stride_, 0.0f);
     }
-    std::fill_n(row_of_changes(wide_.y), 2 * stride_, 0.0f);
+    return result;
   }
 
 private:
@@ -204,16 +197,16 @@ private:
   Stretch across_{}, up_{};
   double per_area_ = 1;
   std::array<Ends, most_parts> columns_;  // of the sample that is added
-  std::vector<float>& changes_;           // second differences of the picture
+  std::vector<float> changes_;            // second differences of the picture
 };
 
 }  // namespace
 
-void sample_picture(const Optics& optics, const PictureGrid& grid, const SampleLight& light,
-                    std::vector<float>& picture, std::vector<float>& scratch) {
-  Raster raster(optics, grid, light, scratch);
+std::vector<float> sample_picture(const Optics& optics, const PictureGrid& grid,
+                                  const SampleLight& light) {
+  Raster raster(optics, grid, light);
   for (std::size_t i = 0; i < light.at_m.size(); ++i) raster.add(i);
-  raster.take(picture);
+  return raster.picture();
 }
 
 }  // namespace raywave::refinement

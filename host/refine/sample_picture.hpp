@@ -17,9 +17,7 @@ namespace raywave::refinement {
 /// steep. Light beyond the plane is left out.
 ///
 /// accuracy  of a sample's light in a picture: docs/refine.md#at-the-pace-of-frames
-/// picture   is given the light
-/// scratch   nothing but zeros, before and after; what large pictures took serves the next ones
-void sample_picture(const Optics& optics, const PictureGrid& grid, const SampleLight& light,
-                    std::vector<float>& picture, std::vector<float>& scratch);
+std::vector<float> sample_picture(const Optics& optics, const PictureGrid& grid,
+                                  const SampleLight& light);
 
 }  // namespace raywave::refinement

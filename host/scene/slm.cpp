@@ -178,6 +178,10 @@ int LevelValues::nearest_to_phase(double turns) const {
                            [&](int a, int b) { return away(a) < away(b); });
 }
 
+bool adds_to_phases(const SlmSpec& slm) {
+  return slm.undiffracted > 0 || slm.crosstalk.any() || !values_of_levels(slm).amplitudes.empty();
+}
+
 double wanted_share_of_levels(const SlmSpec& slm) {
   if (shows_amplitude(slm.encoding)) return 1;
   const auto values = values_of_levels(slm);

@@ -217,6 +217,10 @@ struct LevelValues {
 };
 LevelValues values_of_levels(const SlmSpec& slm);
 
+/// Whether pixels show other light than the phases that they are told: amplitudes that come with
+/// them, crosstalk, undiffracted light.
+bool adds_to_phases(const SlmSpec& slm);
+
 /// What the light of another colour keeps of the phases that the SLM adds (SourceSpread).
 SourceSpread source_spread(const SlmSpec& slm, glm::dvec2 pitch_m, double wavelength_m);
 

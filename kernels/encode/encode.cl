@@ -174,6 +174,13 @@ static inline void store_levels(intv level, const __global LEVEL* restrict table
   for (int lane = 0; lane < RAYWAVE_LANES; ++lane) levels[lane] = table[places[lane]];
 }
 
+// 1 over the beam at a packet of pixels; 1 beyond the row's end.
+static inline floatv load_beam(const __global float* beam, int count) {
+  float values[RAYWAVE_LANES];
+  for (int lane = 0; lane < RAYWAVE_LANES; ++lane) values[lane] = lane < count ? beam[lane] : 1.0f;
+  return LANES_LOAD(values);
+}
+
 // levels: those of the field, rows of nx samples. The field begins in column x0 and row y0 of the
 // SLM.
 //
@@ -207,12 +214,7 @@ SINGLE_ITEM_KERNEL void encode(FIELD_PARAMETERS, const __global ushort* restrict
           more[lane] = lane < nx - i ? (float)added[start + i + lane] * TURNS_PER_UNIT : 0.0f;
         turns += LANES_LOAD(more);
       }
-      if (RAYWAVE_BEAM) {
-        float more[RAYWAVE_LANES];
-        for (int lane = 0; lane < RAYWAVE_LANES; ++lane)
-          more[lane] = lane < nx - i ? beam[start + i + lane] : 1.0f;
-        amplitude *= LANES_LOAD(more);
-      }
+      if (RAYWAVE_BEAM) amplitude *= load_beam(beam + start + i, nx - i);
       const intv found = levels_of(amplitude, turns, x, y0 + row, inverse_clip, levels_per_turn);
       if (is_whole) {
         store_levels(found, table, levels + start + i);
@@ -226,25 +228,29 @@ SINGLE_ITEM_KERNEL void encode(FIELD_PARAMETERS, const __global ushort* restrict
   }
 }
 
-// The light of a field of nx samples in each of ny rows, and what is shown of it where no amplitude
-// exceeds `most`: sums of |u|^2, of both for each work-item of each row. Work-items as above.
-SINGLE_ITEM_KERNEL void sum_light(FIELD_PARAMETERS, int nx, int ny, float most,
-                                  __global float2* restrict sums) {
+// The light of a field of nx samples in each of ny rows, and what is shown of it where no
+// amplitude over the beam's exceeds 1: sums of |scale u|^2, of both for each work-item of each row.
+// Work-items and beam as above.
+SINGLE_ITEM_KERNEL void sum_light(FIELD_PARAMETERS, const __global float* restrict beam, int nx,
+                                  int ny, float scale, __global float2* restrict sums) {
   FOR_ITEMS(row, ny, get_global_id(1)) {
     const Field from = FIELD_OF_PARAMETERS;
     const int step = RAYWAVE_LANES * ITEMS(0);
     floatv all = (floatv)(0.0f), shown = (floatv)(0.0f);
     for (int i = RAYWAVE_LANES * ITEM(0); i < nx; i += step) {
-      floatv re, im, share = (floatv)(1.0f);
+      floatv re, im, a = (floatv)(scale), most = (floatv)(1.0f);
 #if RAYWAVE_TRANSFORMED
       load_transformed(&from, transformed_row(&from, row) + i, nx - i, &re, &im);
-      share = transformed_share(&from, i, row);
+      a *= transformed_share(&from, i, row);
 #else
       load_some_complex(from.samples + (size_t)nx * (size_t)row + i, nx - i, &re, &im);
 #endif
-      const floatv light = (re * re + im * im) * (share * share);
+      if (RAYWAVE_BEAM) most = 1.0f / load_beam(beam + (size_t)nx * (size_t)row + i, nx - i);
+      re *= a;
+      im *= a;
+      const floatv light = re * re + im * im;
       all += light;
-      shown += fmin(light, (floatv)(most * most));
+      shown += fmin(light, most * most);
     }
     sums[row * ITEMS(0) + ITEM(0)] = (float2)(lanes_float_sum(all), lanes_float_sum(shown));
   }

@@ -21,6 +21,7 @@
 // A work-item takes one row (get_global_id(1)) and every get_global_size(0)-th packet of it.
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/phase.h"
+#include "kernels/refine/rows_together.h"
 
 // hologram: the phases of `field`, rows of nx samples without gaps; first: where its first sample
 // goes. Where the field is dark the phase is 0.
@@ -182,9 +183,6 @@ __kernel void blur_rows(const __global float* restrict wide, const __global floa
     LANES_STORE(sum, target + i);
   }
 }
-
-// Rows that are blurred along y side by side, and share what is read of those around them.
-#define ROWS_TOGETHER 4
 
 // Blur along y: packets of `count` rows of the region, from rows that are blurred along x.
 // `blurred` points at the first one's own samples.

@@ -89,7 +89,7 @@ HERE = (0, 0, 0.01)
 @pytest.mark.parametrize("wrong, words", (
     ({"focus": 98}, "focus: must be a depth in metres, up to"),  # 98 mm
     ({"focus": NAN}, "focus: must be a depth in metres, up to"),
-    ({"focus": 0}, "focus: must not be 0, the SLM's own plane"),
+    ({"focus": 0}, "focus 0: the SLM's own plane"),
     ({"focus": "near"}, "focus: must be a number"),
     ({"view": (2, 0)}, "view: must be -1 to 1, in half holograms, got 2"),
     ({"aperture": 0}, "aperture: must be 0.01 to 1"),

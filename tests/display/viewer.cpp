@@ -131,20 +131,17 @@ TEST_CASE("view without a desktop says what can be done") {
   CHECK_SAYS(desk.run({"view", desk.file("scene.toml"), "--record", "x"}).err, "needs -o");
 }
 
-TEST_CASE("a script saves scenes that render takes, and writes over none") {
+TEST_CASE("a script saves scenes that render takes") {
   const test::Desk desk;
   desk.folder().write("steps.toml",
                       "[[step]]\nturn = [0, 30, 0]\nintensity = 0.5\nsave = true\nrepeat = 2\n");
-  for (const auto* name : {"view_00001_0.toml", "view_00001_1.toml"}) {
-    const auto out = desk.succeed({"view", desk.file("scene.toml"), "--record",
-                                   desk.file("steps.toml"), "-o", desk.file("out")})
-                         .out;
-    CHECK_SAYS(out, "view_00001.png", name);
-  }
-  CHECK(bytes_of(desk.out("view_00001_0.toml")) == bytes_of(desk.out("view_00001_1.toml")));
-  const auto saved = bytes_of(desk.out("view_00001_0.toml"));
+  const auto out = desk.succeed({"view", desk.file("scene.toml"), "--record",
+                                 desk.file("steps.toml"), "-o", desk.file("out")})
+                       .out;
+  CHECK_SAYS(out, "view_00001.png", "view_00001.toml");
+  const auto saved = bytes_of(desk.out("view_00001.toml"));
   CHECK_SAYS(saved, "scene.toml as raywave view showed it", "intensity = 0.5", "../square.obj");
-  const auto report = desk.succeed({"render", desk.out("view_00001_0.toml").string(), "-o",
+  const auto report = desk.succeed({"render", desk.out("view_00001.toml").string(), "-o",
                                     desk.file("again"), "--json", "-"})
                           .out;
   CHECK_SAYS(report, "\"intensity\": 0.5");

@@ -66,6 +66,36 @@ std::vector<int> wide_levels_of(const cl::Device& device, const Field& field, co
   return {levels.begin(), levels.end()};
 }
 
+DEVICE_TEST(
+    "light and what a clip shows of it are sums of squares, of the brightest and faintest fields") {
+  const glm::ivec2 size(37, 21);
+  for (const auto encoding : {Encoding::phase, Encoding::double_phase}) {
+    for (const double scale : {1.0, 1e-25, 1e25}) {
+      CAPTURE(scale, encoding == Encoding::phase);
+      SlmSpec slm;
+      slm.encoding = encoding;
+      slm.illumination.profile.diameter_m = {150e-6, 90e-6};
+      const auto panel = panel_of(slm, size);
+      auto field = random_field(area_of(size));
+      for (auto& u : field) u *= static_cast<float>(scale);
+      Encoder encoder(device, panel);
+      const double clip = 0.5 * scale;
+      const auto light =
+          encoder.light_of(cl::ComplexBuffer(device, field, "field"), {{0, 0}, size}, clip);
+      double all = 0, shown = 0;
+      for (std::size_t i = 0; i < field.size(); ++i) {
+        const double square = std::norm(std::complex<double>(field[i])),
+                     most = clip * double{panel->beam()[i]};
+        all += square;
+        shown += std::min(square, most * most);
+      }
+      CHECK(light.all == Catch::Approx(all).epsilon(1e-5));
+      if (encoding == Encoding::double_phase)
+        CHECK(light.shown == Catch::Approx(shown).epsilon(1e-5));
+    }
+  }
+}
+
 DEVICE_TEST("a ramp of phase takes all 1024 levels of 10 bits, each where it is nearest") {
   // 16 samples to a level, at odd multiples of a 32nd of it: none lies amid two levels.
   Field ramp;

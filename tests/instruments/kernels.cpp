@@ -8,6 +8,7 @@
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/refine/panel_light.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
 #include "host/view/reconstruct.hpp"
@@ -235,6 +236,16 @@ void refine_all(const cl::Device& device, const Folder& folder) {
   const RefineKey through_pupil[] = {
       {-0.6 * mm, {0, 0}, {0.5, 0.5}, picture, {8 * um, 8 * um}, 1, false, 0, {}, {}, pupil}};
   CHECK(all_finite(refine(device, host, start, through_pupil, spec).field.samples));
+  SlmSpec slm;
+  slm.undiffracted = 0.1;
+  slm.lens_m = 1;
+  slm.crosstalk.sigma_m = 8 * um;
+  for (int level = 0; level < 256; ++level) {
+    slm.lut.values.push_back(level / 256.0);
+    slm.lut.amplitudes.push_back(1 - level / 512.0);
+  }
+  spec.panel = refinement::panel_to_know(slm, size, spec.pitch_m, spec.wavelength_m);
+  CHECK(all_finite(refine(device, host, start, keys, spec).field.samples));
   auto scene = tiny_scene(device, folder);
   auto& settings = scene.refine.emplace();
   settings.iterations = 2;

@@ -128,8 +128,7 @@ TEST_CASE("a picture made of samples is the sum of the intensities of their wave
       {{0, 0}, {1, 1}}, {{-0.5, 0.5}, {0.5, 0.5}}, {{0, 0}, {0.5, 1}}};
   for (const auto& [view, aperture] : openings) {
     const auto grid = grid_of(optics, light, 20 * mm, view, aperture);
-    std::vector<float> picture, scratch;
-    sample_picture(optics, grid, *light, picture, scratch);
+    const auto picture = sample_picture(optics, grid, *light);
     std::vector<double> intensity(static_cast<std::size_t>(grid.size.x) * grid.size.y);
     for (std::size_t s = 0; s < places.size(); ++s) {
       const auto one = intensity_of(optics, grid, places[s], [&](double u, double v) {
@@ -351,8 +350,7 @@ DEVICE_TEST("samples' light through parts of a pupil's plane makes the picture t
         optics, lens_key(device, plan, arrays, place, optics.blur_m, {{}, 24}),
         picture_grid(optics, lens_key(device, plan, arrays, place, optics.blur_m, {{}, 24}),
                      refinement::Propagation::fresnel));
-    std::vector<float> picture, scratch;
-    sample_picture(optics, grid, *light, picture, scratch);
+    const auto picture = sample_picture(optics, grid, *light);
     const auto wide = grid.wide_size();
     const auto found = blurred(grid, [&](int x, int y) {
       return static_cast<double>(

@@ -1,6 +1,8 @@
 // SPDX-License-Identifier: Apache-2.0
 #include "host/carriers/virtual_planes/carrier.hpp"
 
+#include <utility>
+
 #include "host/carriers/virtual_planes/planning/facts.hpp"
 
 namespace raywave {
@@ -47,7 +49,8 @@ TileField VirtualPlaneCarrier::sum() {
 void VirtualPlaneCarrier::add_notes(std::vector<std::string>& notes) const {
   for (auto& warning : warnings_of(*plan_->virtual_planes(), *plan_))
     notes.push_back(std::move(warning));
-  if (is_on_two_devices())
+  // Of the first picture: others are much alike
+  if (is_on_two_devices() && !std::exchange(has_said_crossing_, true))
     notes.push_back("samples on " + samples_device_.info().name + ", planes and levels on " +
                     device_.info().name + ": " + cl::format_bytes(gatherer_->crossed_bytes()) +
                     " of samples crossed, and " + cl::format_bytes(plane_bytes_) +

@@ -31,6 +31,7 @@ private:
   std::optional<CompactGatherer> gatherer_;
   std::optional<CompactPropagator> propagator_;
   bool hands_on_transforms_ = false;  // encodes_transforms
+  mutable bool has_said_crossing_ = false;
   std::optional<TransformedPlane> transformed_;
   std::uint64_t plane_bytes_ = 0;  // that crossed, of two devices
 };

@@ -298,7 +298,8 @@ void Bench::measure(BenchRow& row) {
     if (!laser.plan.samples.aimed)
       row.rays += static_cast<std::uint64_t>(
           std::llround(static_cast<double>(primary_rays(laser.plan)) * factor));
-    if (row.share == 1) add_work(laser.plan, row.method, options_.fft, row.work);
+    // Rates are those of one device
+    if (row.share == 1 && !options_.waves) add_work(laser.plan, row.method, options_.fft, row.work);
   }
   const auto& plan = result.lasers[0].plan;
   row.grid = plan.grid;
