@@ -2,7 +2,6 @@
 #include "host/view/colour_picture.hpp"
 
 #include <algorithm>
-#include <array>
 #include <cmath>
 #include <cstddef>
 #include <glm/vec3.hpp>
@@ -27,38 +26,6 @@ RgbPicture blurred(const RgbPicture& picture, double sigma_px) {
     result.channels[c] = raywave::blurred(picture.channels[c], sigma_px);
   return result;
 }
-
-/// Bytes of light from 0 to white, 1, by sRGB's curve: without its power for each pixel.
-class Bytes {
-public:
-  Bytes() {
-    for (std::size_t byte = 1; byte < 256; ++byte) {
-      auto &from = from_[byte], low = from_[byte - 1], high = 1.0;
-      while (std::nextafter(low, high) < high) {
-        const double middle = low + (high - low) / 2;
-        (byte_of(middle) >= byte ? high : low) = middle;
-      }
-      from = high;
-    }
-    for (std::size_t place = 0; place < places; ++place)
-      first_[place] = static_cast<std::uint8_t>(byte_of(static_cast<double>(place) / places));
-  }
-  std::uint8_t of(double light) const {
-    if (!(light > 0)) return 0;
-    if (light >= from_[255]) return 255;
-    auto byte = first_[static_cast<std::size_t>(light * places)];
-    while (light >= from_[byte + 1u]) ++byte;
-    return byte;
-  }
-
-private:
-  static constexpr std::size_t places = 1024;
-  static std::size_t byte_of(double light) {
-    return static_cast<std::size_t>(std::lround(255 * srgb_of(light)));
-  }
-  std::array<double, 256> from_{};  // the least light of each
-  std::array<std::uint8_t, places> first_{};
-};
 
 /// The pixels within the border, times a factor.
 RgbPicture part_of(const RgbPicture& picture, int border_px, double factor) {
@@ -114,16 +81,14 @@ double white_of(std::span<const Image> channels, double percentile) {
 }
 
 std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double white) {
-  static const Bytes bytes;
-  const auto count = channels.size();
-  std::vector<std::uint8_t> pixels(count * channels[0].pixels.size());
+  const auto light = interleaved(channels);
+  std::vector<std::uint8_t> pixels(light.size());
   if (!(white > 0)) return pixels;
-  cl::Threads::shared().for_ranges(
-      channels[0].pixels.size(), [&](std::size_t, std::size_t first, std::size_t last) {
-        for (std::size_t c = 0; c < count; ++c)
-          for (std::size_t i = first; i < last; ++i)
-            pixels[count * i + c] = bytes.of(double{channels[c].pixels[i]} / white);
-      });
+  cl::Threads::shared().for_ranges(pixels.size(), [&](std::size_t, std::size_t first,
+                                                      std::size_t last) {
+    for (std::size_t i = first; i < last; ++i)
+      pixels[i] = static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{light[i]} / white)));
+  });
   return pixels;
 }
 
