@@ -155,7 +155,7 @@ void Renderer::State::complete(Laser& laser, RenderResult& result) {
   // Frames have clips of their own
   const bool has_own = lasers_.size() == 1 || (result.plan.hologram.frames == 1 &&
                                                result.clip == encoder.own_clip() * unit);
-  if (!options_.clip && !has_own) encoder.show_up_to(result.clip / unit);
+  if (!options_.clip && !has_own) encoder.show_up_to(result.clip, laser.radiance_unit);
   encoder.finish(laser.radiance_unit);
   const bool has_samples = !result.plan.samples.aimed || result.samples > 0;
   if (encoder.is_dark() && has_samples && !options_.tile)  // others may have light

@@ -70,7 +70,8 @@ std::vector<EncodedLaser<Level>> encode_each(const LaserHolograms& holograms,
   }
   for (auto& laser : lasers) {
     // Frames have clips of their own
-    const bool has_own = laser.field.frames == 1 && laser.encoder->own_clip() == clip;
+    const bool has_own =
+        lasers.size() == 1 || (laser.field.frames == 1 && laser.encoder->own_clip() == clip);
     if (!laser.encoder->needs_clip() || has_own) continue;
     laser.encoder->show_up_to(clip);
     laser.light.clear();

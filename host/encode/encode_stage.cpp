@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <atomic>
 #include <cmath>
+#include <utility>
 
 #include "host/common/error.hpp"
 #include "host/common/threads.hpp"
@@ -52,6 +53,7 @@ void EncodeStage::prepare(const Plan& plan, std::optional<double> clip,
   levels.assign(frames, std::vector<std::uint8_t>(encodes_at_end() ? 0 : area_of(size)));
   light.assign(options_.count_light ? frames : 0, {});
   last_.reset();
+  is_bright_ = false;
   field = {};
   const bool is_one_piece = frames == 1 && (tile || plan.tiling.tiles.size() == 1);
   needs_field_ = options_.keep_field || encodes_at_end() ||
@@ -125,12 +127,21 @@ void EncodeStage::run_waiting() {
   if (encodes_at_end()) encode_field();
 }
 
-void EncodeStage::show_up_to(double clip) {
+void EncodeStage::show_up_to(double clip, double radiance_unit) {
   if (!encoder_->needs_clip() || plan_->refine) return;
-  encoder_->show_up_to(clip);
   light.assign(light.size(), {});
-  if (last_) return encode_window(*last_, {{0, 0}, panel_->size_px()}, 0);
+  if (last_) {
+    encoder_->show_up_to(clip / std::sqrt(radiance_unit));
+    return encode_window(*last_, {{0, 0}, panel_->size_px()}, 0);
+  }
+  // As `raywave encode` takes it
+  brighten_field(radiance_unit);
+  encoder_->show_up_to(clip * amplitude_unit_m(*plan_));
   encode_field();
+}
+
+void EncodeStage::brighten_field(double radiance_unit) {
+  if (!std::exchange(is_bright_, true)) brighten(field.samples, radiance_unit, *plan_);
 }
 
 void EncodeStage::encode_field() {
@@ -152,9 +163,10 @@ void EncodeStage::finish(double radiance_unit) {
   }
   is_dark_ = looks_dark();
   const double unit = radiance_unit * std::pow(amplitude_unit_m(*plan_), 2);
-  for (auto& frame : light) frame = {unit * frame.all, unit * frame.shown};
+  for (auto& frame : light)
+    if (!is_bright_) frame = {unit * frame.all, unit * frame.shown};
   if (options_.keep_field)
-    brighten(field.samples, radiance_unit, *plan_);
+    brighten_field(radiance_unit);
   else
     field = {};
 }

@@ -57,8 +57,9 @@ public:
   void run_waiting();
   /// Encodes the picture anew, where the encoding shows amplitudes.
   ///
-  /// clip  of all frames and lasers, in the device's units of amplitude
-  void show_up_to(double clip);
+  /// clip           of all frames and lasers, in the scene's units of amplitude
+  /// radiance_unit  DeviceScene::radiance_unit
+  void show_up_to(double clip, double radiance_unit);
   /// Frees the device's memory until the next picture, or show_up_to.
   void release();
   /// Waits for the copies and completes the picture: `levels`, `light` and `field` may be taken
@@ -86,6 +87,7 @@ private:
   /// Encodes a window of a frame and begins to copy it.
   void encode_window(const TileField& field, const PixelWindow& window, std::size_t frame);
   void encode_field();
+  void brighten_field(double radiance_unit);
   void count_light(const TileField& field, const PixelWindow& window, std::size_t frame,
                    double clip);
   /// Begins to copy the pixels of a window to their places in the hologram.
@@ -96,6 +98,7 @@ private:
   cl::Device device_;
   Options options_;
   bool is_dark_ = false, has_light_ = false;
+  bool is_bright_ = false;         // `field` is in the scene's units, and `light`
   bool needs_field_ = false;       // kept, or encoded when it is whole, or anew
   std::optional<TileField> last_;  // what show_up_to encodes; none: the whole field
   StageTimes& times_;

@@ -10,6 +10,7 @@
 #include <cerrno>
 #include <csignal>
 #include <stdexcept>
+#include <system_error>
 #include <utility>
 
 #include "host/common/environment.hpp"
@@ -87,9 +88,10 @@ pid_t start(const fs::path& program, std::vector<std::string> words, int reply, 
   pointers.push_back(nullptr);
   const SpawnSettings settings(reply, input);
   pid_t reader = 0;
-  if (posix_spawn(&reader, program.c_str(), &settings.actions, &settings.attributes,
-                  pointers.data(), environ) != 0)
-    throw std::runtime_error("no process can be started");
+  if (const int error = posix_spawn(&reader, program.c_str(), &settings.actions,
+                                    &settings.attributes, pointers.data(), environ))
+    throw std::runtime_error("no process can be started: " +
+                             std::generic_category().message(error));
   return reader;
 }
 

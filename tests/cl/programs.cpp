@@ -247,9 +247,10 @@ TEST_CASE(
   CHECK(bytes_of(desk.folder() / "sources" / "log") ==
         "-c -t hw --platform card -k gather_compact frame.cl -o build/gather_compact.xo\n"
         "-c -t hw --platform card -k encode frame.cl -o build/encode.xo\n"
+        "-c -t hw --platform card -k sum_light frame.cl -o build/sum_light.xo\n"
         "-c -t hw --platform card -k sample_amplitudes frame.cl -o build/sample_amplitudes.xo\n"
         "-l -t hw --platform card build/gather_compact.xo build/encode.xo "
-        "build/sample_amplitudes.xo -o build/frame.xclbin\n");
+        "build/sum_light.xo build/sample_amplitudes.xo -o build/frame.xclbin\n");
   int binaries = 0;
   for (const auto& entry : fs::directory_iterator(desk.folder() / "sources" / "build"))
     binaries += entry.path().extension() == ".bin";
