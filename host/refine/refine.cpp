@@ -412,7 +412,11 @@ RefineResult refine(const cl::Device& device, cl::FftBackend backend, const Fiel
 
 RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spec) {
   check(keys, spec);
-  auto& [device, holograms, loop, panel] = *state_;
+  // Not bound together: clang 14 does not capture such names
+  const auto& device = state_->device;
+  auto& holograms = state_->holograms;
+  auto& loop = state_->loop;
+  auto& panel = state_->panel;
   const auto prepared = Clock::now();
   const auto report = [&](const std::string& what, double share) {
     if (spec.progress) spec.progress(what, share);
