@@ -120,13 +120,14 @@ class LiveView:
         not.
 
         focus: depth that is sharp, in metres; that of `focus` when not given. view, aperture: as
-        for reconstruct, -1 to 1 and 0.01 to 1; not behind an eyepiece, where the viewer's first
-        pupil looks. pupil: across, in metres: a square of the hologram in place of aperture; behind
-        an eyepiece in place of the viewer's own. poses: {object: (position, rotation)}, of solids
-        as Renderer.set_pose has them. lights: {light: {"direction": (0, 0, 1), ...}}, keys that
+        for reconstruct, in the hologram's frame (the picture is as an eye sees it, with x to the
+        left), -1 to 1 and 0.01 to 1; not behind an eyepiece, where the viewer's first pupil looks.
+        pupil: across, in metres: a square of the hologram in place of aperture; behind an eyepiece
+        in place of the viewer's own. poses: {object: (position, rotation)}, of solids as
+        Renderer.set_pose has them. lights: {light: {"direction": (0, 0, 1), ...}}, keys that
         Renderer.set_light takes. Objects and lights that are not named are the scene's. levels,
-        lens: beside the picture. stops: exposure. preset: in place of the goal that it began with.
-        refined: levels in 4 iterations.
+        lens: beside the picture, which gets as much wider. stops: exposure, over the automatic one.
+        preset: in place of the goal that it began with. refined: levels in 4 iterations.
 
         Raises InputError for what cannot be seen; the next look is as if nobody had asked.
         DeviceError.
