@@ -7,7 +7,6 @@
 #include <optional>
 #include <span>
 #include <string>
-#include <tuple>
 #include <utility>
 #include <vector>
 
@@ -108,24 +107,16 @@ void run_lens(const LensArguments& options) {
 
 /// As the eye sees it through the middle of the hologram, all depths in focus.
 void run_preview(const LensArguments& options) {
-  // A device takes as long to start as the scene's files take to read, and a kernel as long to load
-  // as its trees take. Both are this thread's: LLVM leaves a signal stack where it starts
-  auto reading = std::async(std::launch::async, [&] {
-    auto scenes = options.scene.load_all(options.report);
-    auto world = build_world(scenes[0]);
-    auto plans = plans_of(scenes, world);
-    std::vector<std::pair<double, std::vector<std::string>>> warnings;
-    for (std::size_t i = 0; i < plans.size(); ++i)
-      warnings.emplace_back(plans[i].hologram.wavelength_m,
-                            preview_warnings(scenes[i], world, plans[i]));
-    for (const auto& line : lines_of_lasers(warnings)) options.report.note(line);
-    return std::tuple(std::move(scenes), std::move(world), std::move(plans));
-  });
+  // First: drivers change the environment, which readers of files get
   const cl::Device device(options.device.info());
-  const auto read = reading.get();
-  const auto& scenes = std::get<0>(read);
-  const auto& world = std::get<1>(read);
-  const auto& plans = std::get<2>(read);
+  const auto scenes = options.scene.load_all(options.report);
+  const auto world = build_world(scenes[0]);
+  const auto plans = plans_of(scenes, world);
+  std::vector<std::pair<double, std::vector<std::string>>> warnings;
+  for (std::size_t i = 0; i < plans.size(); ++i)
+    warnings.emplace_back(plans[i].hologram.wavelength_m,
+                          preview_warnings(scenes[i], world, plans[i]));
+  for (const auto& line : lines_of_lasers(warnings)) options.report.note(line);
   options.view.check_exposure();
   const auto depths_m = options.depths.depths_m([&] { return scenes[0].viewer; });
   if (depths_m.size() > 1)
@@ -133,6 +124,7 @@ void run_preview(const LensArguments& options) {
   const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
   const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
                                  options.view.view(), scenes[0].viewer);
+  // A kernel takes as long to load as the trees. LLVM leaves a signal stack where it starts: here
   auto placing =
       std::async(std::launch::async, [&] { return DeviceScene(device, world, plans[0], false); });
   load_lens(device, plans[0]);
