@@ -150,18 +150,16 @@ void Memory::fill_zero(std::size_t bytes) {
             [&] { device_->queue().enqueueFillBuffer(handle_, cl_uchar{0}, 0, bytes); });
 }
 
-void* Memory::map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes) const {
+void* Memory::map(std::size_t bytes, cl_map_flags flags, std::size_t offset_bytes,
+                  bool waits) const {
   return checked(device_->info(), [&] {
-    return device_->queue().enqueueMapBuffer(handle_, CL_TRUE, flags, offset_bytes,
-                                             std::max<std::size_t>(bytes, 1));
+    return device_->queue().enqueueMapBuffer(handle_, waits ? CL_TRUE : CL_FALSE, flags,
+                                             offset_bytes, std::max<std::size_t>(bytes, 1));
   });
 }
 
 void Memory::unmap(void* pointer) const {
-  checked(device_->info(), [&] {
-    device_->queue().enqueueUnmapMemObject(handle_, pointer);
-    device_->queue().finish();
-  });
+  checked(device_->info(), [&] { device_->queue().enqueueUnmapMemObject(handle_, pointer); });
 }
 
 }  // namespace raywave::cl

@@ -14,6 +14,7 @@
 #include <type_traits>
 
 #include "host/common/plane_fft.hpp"
+#include "host/common/this_cpu.hpp"
 #include "host/common/threads.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
@@ -74,35 +75,6 @@ template <bool two_floats>
     sum[2 * i] += re * c - im * s;
     sum[2 * i + 1] += re * s + im * c;
   }
-}
-
-// Compiled for several CPUs: the binary is not built for the CPU that it runs on.
-template <bool two_floats>
-void multiply_add_any(const RowPart& p) {
-  multiply_add<two_floats>(p);
-}
-#if defined(__x86_64__)
-template <bool two_floats>
-[[gnu::target("avx2,fma"), gnu::flatten]] void multiply_add_avx2(const RowPart& p) {
-  multiply_add<two_floats>(p);
-}
-template <bool two_floats>
-[[gnu::target("avx512f,avx512vl,avx512dq,avx512bw,fma,prefer-vector-width=512"), gnu::flatten]] void
-multiply_add_avx512(const RowPart& p) {
-  multiply_add<two_floats>(p);
-}
-#endif
-
-template <bool two_floats>
-auto multiply_add_here() {
-#if defined(__x86_64__)
-  if (__builtin_cpu_supports("avx512f") && __builtin_cpu_supports("avx512vl") &&
-      __builtin_cpu_supports("avx512dq") && __builtin_cpu_supports("avx512bw"))
-    return multiply_add_avx512<two_floats>;
-  if (__builtin_cpu_supports("avx2") && __builtin_cpu_supports("fma"))
-    return multiply_add_avx2<two_floats>;
-#endif
-  return multiply_add_any<two_floats>;
 }
 
 /// Rows of a plane between the passes, in tiles.
@@ -370,7 +342,10 @@ private:
                          t.depth_lo,
                          static_cast<float>(plan_.scale),
                          t.fades};
-      (t.two_floats ? multiply_add_two_floats_ : multiply_add_float_)(work);
+      if (t.two_floats)
+        for_this_cpu([&]() __attribute__((always_inline)) { multiply_add<true>(work); });
+      else
+        for_this_cpu([&]() __attribute__((always_inline)) { multiply_add<false>(work); });
     };
     if (kept.first < 0) part(kept.first, std::min(kept.last, -1));
     if (kept.last >= 0) part(std::max(kept.first, 0), kept.last);
@@ -381,8 +356,6 @@ private:
   LineFft row_fft_, column_fft_;
   std::size_t threads_;
   Transpose transpose_ = transpose_here();
-  void (*multiply_add_float_)(const RowPart&) = multiply_add_here<false>();
-  void (*multiply_add_two_floats_)(const RowPart&) = multiply_add_here<true>();
   std::vector<Scratch> scratch_;  // one per thread
   std::vector<Rows> sources_;     // loaded since the last `collect`, the last being number source_
   std::size_t source_ = 0;
