@@ -96,7 +96,7 @@ class Attack(unittest.TestCase):
         def killed(script, how=attack.signal.SIGKILL):
             files = {"out/field.npy": LIT, "out/report.json": b"{}", "new/field.npy": NEW,
                      "other/field.npy": DARK}
-            return self.faults(script + "; exec sleep 9", files, kill=(how, .3),
+            return self.faults(script + "; exec sleep 9", files, kill=(how, .8),
                                expect={"field.npy": NEW})
         self.assertEqual(killed("true"), set())
         left = "cp new/field.npy out; echo >out/report.7-0.tmp.json"
