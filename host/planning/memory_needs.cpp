@@ -31,12 +31,14 @@ std::uint64_t bytes_of_found(const Plan& plan) {
 }
 
 /// What pictures to refine towards take: planes of light, and the parts of them that are wanted.
-void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all) {
+/// The host's FFTs have rows between their passes in its memory instead of spectra in the device's.
+void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft,
+                  MemoryNeeds& all) {
   auto& needs = all.device;
   const auto window_m = refine_window_m(plan);
   const double pixels = static_cast<double>(area_of(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
-  double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0;
+  double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0, between = pixels;
   for (const auto& place : planned_places(plan)) {
     if (place.pupil) {
       const double samples = static_cast<double>(area_of(samples_through_pupil(
@@ -59,8 +61,11 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
       shown_m = glm::dvec2(of.picture) * of.pixel_m;
       samples = static_cast<double>(area_of(of.picture));
       by_spectrum = std::max(by_spectrum, samples);
-      in_spectrum =
-          std::max(in_spectrum, static_cast<double>(area_of(of.pixels) + area_of(of.finer)));
+      if (!has_host_fft)
+        in_spectrum =
+            std::max(in_spectrum, static_cast<double>(area_of(of.pixels) + area_of(of.finer)));
+      const double shown = std::min(window_m.y / shown_m.y, 1.0) * of.picture.y;
+      between = std::max(between, of.pixels.x * std::max<double>(of.open.y, shown));
     }
     const auto share = glm::min(window_m / shown_m, 1.0);
     wanted += share.x * share.y * samples;
@@ -74,6 +79,7 @@ void add_pictures(const Plan& plan, const std::string& advice, MemoryNeeds& all)
                    bytes(8, pixels + std::max(planes, by_spectrum) + in_pupil + in_spectrum) +
                        bytes(14, largest),
                    advice});
+  if (has_host_fft) all.host_bytes += bytes(8, between);
   if (refines_samples(plan)) all.host_bytes += bytes(24, largest);  // rasters of samples
   needs.push_back({"wanted pictures", bytes(plan.hologram.frames > 1 ? 8 : 4, wanted),
                    "fewer refine.iterations or a smaller refine.window need less"});
@@ -115,7 +121,7 @@ MemoryNeeds undivided_needs(const World& world, const Plan& plan, const MemoryUs
     needs.push_back({"phases of the holograms", 8 * pictures, advice});
     needs.push_back({"phases of a hologram", 8 * all_pixels, advice});
     if (adds_to_phases(plan.slm)) needs.push_back({"light of the panel", 32 * all_pixels, advice});
-    add_pictures(plan, advice, all);
+    add_pictures(plan, advice, use.fft == FftBackend::host, all);
     if (use.keep_field) all.results_bytes += 8 * pictures;
     all.host_bytes += all.results_bytes;
   }

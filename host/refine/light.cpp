@@ -11,10 +11,11 @@
 
 #include "cl/program.hpp"
 #include "host/common/error.hpp"
-#include "host/common/plane_fft.hpp"
+#include "host/common/this_cpu.hpp"
 #include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/message_text.hpp"
+#include "host/refine/light_passes.hpp"
 
 namespace raywave::refinement {
 namespace {
@@ -72,6 +73,78 @@ PlanePart part(glm::ivec2 first, glm::ivec2 count) {
 LinePart with_margin(int first, int count, int margin, int plane) {
   const int low = std::max(0, first - margin), high = std::min(plane, first + count + margin);
   return {count_of(low), count_of(high - low)};
+}
+
+PlanePart wanted_of(const PictureGrid& grid) {
+  const auto first = grid.region_first, count = grid.region_size;
+  return {with_margin(first.x, count.x, grid.margin_x(), grid.size.x),
+          with_margin(first.y, count.y, grid.radius_y(), grid.size.y)};
+}
+
+PlanePart region_of(const PictureGrid& grid) { return part(grid.region_first, grid.region_size); }
+
+/// Lent to be read only.
+cl::ComplexBuffer& samples_of(const PhaseStack& holograms) {
+  return const_cast<PhaseStack&>(holograms).samples;
+}
+
+/// Rows of light in the host's memory.
+struct LentRows {
+  Sample* first;
+  std::size_t pitch;
+  const float* beam;  // light on them, in rows of the same pitch; null: it is even
+  float side;         // -1: their conjugates are meant
+};
+
+const float* floats(const Sample* samples) { return reinterpret_cast<const float*>(samples); }
+
+/// As `spread` in kernels/refine, one row.
+void spread_row(const LentRows& from, std::size_t row, const std::vector<Sample>& columns,
+                Sample row_chirp, Sample* to) {
+  const float* __restrict in = floats(from.first + row * from.pitch);
+  const float* __restrict chirp = floats(columns.data());
+  const float* light = from.beam ? from.beam + row * from.pitch : nullptr;
+  float* __restrict out = reinterpret_cast<float*>(to);
+  const float side = from.side, p = row_chirp.real(), q = row_chirp.imag();
+  for_this_cpu([ =, count = columns.size() ]() __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const float here = light ? light[i] : 1.0f, re = here * in[2 * i],
+                  im = side * here * in[2 * i + 1], c = chirp[2 * i], s = chirp[2 * i + 1];
+      const float u = re * c - im * s, v = re * s + im * c;
+      out[2 * i] = u * p - v * q;
+      out[2 * i + 1] = u * q + v * p;
+    }
+  });
+}
+
+/// As `put_back` in kernels/refine, one row; with `adds`, as `step_phase`. What is decided within
+/// the loop would keep the compiler from vectorising it.
+template <bool adds, bool has_beam>
+void put_back_row(const Sample* change, std::size_t row, const std::vector<Sample>& columns,
+                  Sample row_chirp, const LentRows& to) {
+  const float* __restrict in = floats(change);
+  const float* __restrict chirp = floats(columns.data());
+  const float* __restrict light = has_beam ? to.beam + row * to.pitch : nullptr;
+  float* __restrict out = reinterpret_cast<float*>(to.first + row * to.pitch);
+  const float side = to.side, p = row_chirp.real(), q = row_chirp.imag();
+  for_this_cpu([ =, count = columns.size() ]() __attribute__((always_inline)) {
+    for (std::size_t i = 0; i < count; ++i) {
+      const float a = in[2 * i], b = in[2 * i + 1], c = chirp[2 * i], s = chirp[2 * i + 1];
+      const float u = a * c + b * s, v = b * c - a * s;
+      float re = u * p + v * q, im = v * p - u * q;
+      if constexpr (adds) {
+        const float here = has_beam ? light[i] : 1.0f;
+        re += here * out[2 * i];
+        im = here * out[2 * i + 1] + side * im;
+        const float square = re * re + im * im,
+                    inverse = 1.0f / std::sqrt(square < 1e-30f ? 1e-30f : square);
+        re *= inverse;
+        im *= inverse;
+      }
+      out[2 * i] = re;
+      out[2 * i + 1] = im;
+    }
+  });
 }
 
 }  // namespace
@@ -142,39 +215,54 @@ struct Light::State {
   void take_beam();
   void fit_pupil(const Pupil& pupil);
   PlanePart live_in_pupil() const;
-  void transform_pupil(cl::ComplexBuffer& plane, bool inverse);
   void fit(const Optics& its_optics, std::vector<PictureGrid> its_grids);
 
   /// Tables of a key, beside its grid.
   struct Tables {
-    cl::ComplexBuffer column_chirp, row_chirp;
-    OpenPart open;  // part of the hologram that kernels take
-    // Of spectra: their phases, and the chirp of the samples made of them
-    cl::ComplexBuffer spectrum_columns, spectrum_rows, fine_columns, fine_rows;
+    OpenPart open;                      // part of the hologram that kernels take
+    std::vector<Sample> columns, rows;  // chirp before the first transform
+    LightPath path;
+    // The same on the device, and of spectra their phases and the chirp of the finer samples
+    cl::ComplexBuffer column_chirp, row_chirp, spectrum_columns, spectrum_rows, fine_columns,
+        fine_rows;
   };
 
+  bool on_host() const { return backend == cl::FftBackend::host; }
   bool is(Propagation propagation, std::size_t key) const {
     return grids[key].propagation == propagation;
   }
-  void run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse, const PlanePart& live,
-               const PlanePart& wanted);
-  glm::ivec2 live_at_hologram(const PictureGrid& grid) const;
-  void transform(std::size_t key, bool inverse);
+  void fit_line(const PictureGrid& grid, int axis, LightLine& line) const;
+  void fit_device(const PictureGrid& grid, Tables& t);
   cl::ComplexBuffer& plane(std::size_t key) { return planes[count_of(grids[key].slot)]; }
+  std::uint32_t first_in_pupil(const Tables& t) const {
+    return static_cast<std::uint32_t>(t.open.first.y * optics.pupil_plane.x + t.open.first.x);
+  }
+
+  // With FFTs on the host
+  LentRows rows_of(std::span<Sample> hologram, const PhaseStack& holograms, int frame,
+                   const Tables& t, float side) const;
+  LentRows rows_in_pupil(std::span<Sample> pupil, const Tables& t) const;
+  void show_on_host(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted);
+  void back_on_host(const Tables& t, const Sample* from, const PlanePart& live,
+                    const std::function<void(std::size_t, const Sample*)>& open);
+  void put_back_on_host(const Tables& t, const Sample* from, const PlanePart& live, double factor,
+                        bool adds, const LentRows& to);
+
+  // With FFTs on the device
+  void run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse);
   void spread(const PhaseStack& holograms, int frame, std::size_t key, cl::ComplexBuffer& to,
-              int nx, int columns, int rows);
+              glm::ivec2 size);
   void spread_hologram(const PhaseStack& holograms, int frame, const Tables& t, float side,
-                       cl::ComplexBuffer& to, int nx, int columns, int rows);
+                       cl::ComplexBuffer& to, glm::ivec2 size);
   void step_phases(PhaseStack& holograms, int frame, const Tables& t, float side,
                    const cl::ComplexBuffer& change, int pitch, double step);
   void spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
                     const cl::ComplexBuffer& columns_chirp, const cl::ComplexBuffer& rows_chirp,
-                    glm::ivec2 open, cl::ComplexBuffer& to, int nx, int columns, int rows);
+                    glm::ivec2 open, cl::ComplexBuffer& to, glm::ivec2 size);
   cl::ComplexBuffer table(const std::vector<Sample>& values) const {
     return {device, std::span<const Sample>(values), "chirp"};
   }
   void make_room(cl::ComplexBuffer& plane, glm::ivec2 size, const char* what);
-  void fit_spectrum(const PictureGrid& grid, Tables& t);
   void turn_spectrum(std::size_t key, bool back);
   void show_by_spectrum(const PhaseStack& holograms, int frame, std::size_t key);
   void back_by_spectrum(std::size_t key);
@@ -194,13 +282,14 @@ struct Light::State {
   std::vector<Tables> tables;
   cl::Program program;
   std::map<std::string, cl::Kernel> kernels;
-  cl::Buffer<float> beam;  // in rows as of PhaseStack; one number where the light is even
+  cl::Buffer<float> beam;        // in rows as of PhaseStack; one number where the light is even
+  std::vector<float> beam_rows;  // the same, with FFTs on the host
   std::shared_ptr<const std::vector<float>> beam_of;                    // what it holds
   std::vector<cl::ComplexBuffer> planes;                                // by slot
-  std::map<std::pair<int, int>, PlaneFft> host_ffts;                    // by size
   std::map<std::pair<int, int>, std::unique_ptr<cl::Fft>> device_ffts;  // by size
   // The open part's spectrum, and finer samples made of it; packets read beyond the last row's end
   cl::ComplexBuffer spectrum, fine;
+  LightPasses passes;
   // The hologram's light in the pupil's plane, and what parts of it add; the hologram's tables.
   // Packets read beyond the last row's end
   cl::ComplexBuffer in_pupil, added_in_pupil;
@@ -226,13 +315,18 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
     samples = std::max(samples, area_of(grid.size));
     Tables t;
     t.open = grid.open;
-    if (is(Propagation::fresnel, key)) {
-      t.column_chirp = table(chirp_of(optics, grid, 0));
-      t.row_chirp = table(chirp_of(optics, grid, 1));
-    } else {
-      fit_spectrum(grid, t);
+    const auto waves = grid.z_m / optics.wavelength_m;
+    t.path.turns = static_cast<float>(is(Propagation::exact, key) ? waves : 0);
+    t.path.more = static_cast<float>(is(Propagation::exact, key) ? 0 : waves / 2);
+    for (int axis = 0; axis < 2; ++axis) {
+      fit_line(grid, axis, axis == 0 ? t.path.x : t.path.y);
+      // A spectrum begins with the lowest frequency
+      (axis == 0 ? t.columns : t.rows) = is(Propagation::fresnel, key)
+                                             ? chirp_of(optics, grid, axis)
+                                             : chirp({1, 0, grid.open.size[axis]}, 0, 0.5);
     }
-    fit_transform(grid.size);
+    t.columns.resize(count_of(grid.open.size.x));
+    if (!on_host()) fit_device(grid, t);
     tables.push_back(std::move(t));
   }
   planes.resize(largest.size());
@@ -246,9 +340,7 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
 void Light::State::fit_transform(glm::ivec2 size) {
   const std::pair shape(size.x, size.y);
   const auto nx = count_of(size.x), ny = count_of(size.y);
-  if (backend == cl::FftBackend::host)
-    host_ffts.try_emplace(shape, nx, ny);
-  else if (!device_ffts.contains(shape))
+  if (!on_host() && !device_ffts.contains(shape))
     device_ffts.emplace(shape, cl::make_fft(device, backend, {nx, ny, nx, ny}));
 }
 
@@ -261,27 +353,41 @@ void Light::State::make_room(cl::ComplexBuffer& plane, glm::ivec2 size, const ch
   plane.fill_zero();
 }
 
-void Light::State::fit_spectrum(const PictureGrid& grid, Tables& t) {
+void Light::State::fit_line(const PictureGrid& grid, int axis, LightLine& line) const {
+  line.open = count_of(grid.open.size[axis]);
+  line.picture = count_of(grid.size[axis]);
+  if (grid.propagation == Propagation::fresnel) return;
   const auto& sizes = grid.spectrum;
   const bool is_exact = grid.propagation == Propagation::exact;
-  const auto alternating = [&](int axis) {
-    return table(chirp({1, 0, grid.open.size[axis]}, 0, 0.5));
-  };
+  const int n = sizes.pixels[axis];
+  line.spectrum = count_of(n);
+  line.finer = count_of(sizes.finer[axis]);
+  line.sine = optics.wavelength_m / (optics.pitch_m[axis] * n);
   // Moves the open part behind its margin, or to its place before the picture's pixels, and makes
   // up for the transforms' factors
-  const auto moved = [&](int axis) {
-    const int n = sizes.pixels[axis];
-    const double by =
-        is_exact ? grid.open.first[axis] + (n - optics.size[axis]) / 2.0 : 1.0 * sizes.margin;
-    return table(chirp({1, 0, n}, 0, -by / n, 1.0 / sizes.finer[axis]));
+  const double by =
+      is_exact ? grid.open.first[axis] + (n - optics.size[axis]) / 2.0 : 1.0 * sizes.margin;
+  line.phases = chirp({1, 0, n}, 0, -by / n, 1.0 / sizes.finer[axis]);
+  if (is_exact) return;
+  line.chirp = chirp_of(optics, grid, axis);
+  line.chirp.resize(count_of(sizes.finer_open[axis]));
+}
+
+void Light::State::fit_device(const PictureGrid& grid, Tables& t) {
+  const auto whole = [&](std::vector<Sample> chirp) {
+    chirp.resize(count_of(whole_packets(static_cast<int>(chirp.size()))));
+    return table(chirp);
   };
-  t.column_chirp = alternating(0);
-  t.row_chirp = alternating(1);
-  t.spectrum_columns = moved(0);
-  t.spectrum_rows = moved(1);
+  t.column_chirp = whole(t.columns);
+  t.row_chirp = table(t.rows);
+  fit_transform(grid.size);
+  if (grid.propagation == Propagation::fresnel) return;
+  const auto& sizes = grid.spectrum;
+  t.spectrum_columns = table(t.path.x.phases);
+  t.spectrum_rows = table(t.path.y.phases);
   fit_transform(sizes.pixels);
   make_room(spectrum, sizes.pixels, "spectrum of the hologram");
-  if (is_exact) return;
+  if (grid.propagation == Propagation::exact) return;
   t.fine_columns = table(chirp_of(optics, grid, 0));
   t.fine_rows = table(chirp_of(optics, grid, 1));
   fit_transform(sizes.finer);
@@ -290,17 +396,25 @@ void Light::State::fit_spectrum(const PictureGrid& grid, Tables& t) {
 
 void Light::State::fit_pupil(const Pupil& pupil) {
   const auto n = optics.size, all = optics.pupil_plane;
-  fit_transform(all);
   to_pupil.emplace();
-  to_pupil->open = {{0, 0}, n};
-  const auto chirp_along = [&](int axis) {
+  auto& t = *to_pupil;
+  t.open = {{0, 0}, n};
+  t.path.inverse = false;
+  for (int axis = 0; axis < 2; ++axis) {
+    auto& line = axis == 0 ? t.path.x : t.path.y;
+    line.open = count_of(n[axis]);
+    line.picture = count_of(all[axis]);
     const auto pitch_m = optics.pitch_m[axis];
-    return table(chirp({n[axis], 0, n[axis]},
-                       pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
-                       to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis])));
-  };
-  to_pupil->column_chirp = chirp_along(0);
-  to_pupil->row_chirp = chirp_along(1);
+    (axis == 0 ? t.columns : t.rows) = chirp(
+        {n[axis], 0, n[axis]}, pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
+        to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis]));
+  }
+  if (!on_host()) {
+    fit_transform(all);
+    t.column_chirp = table(t.columns);
+    t.row_chirp = table(t.rows);
+  }
+  t.columns.resize(count_of(n.x));
   make_room(in_pupil, all, "light in the pupil's plane");
   make_room(added_in_pupil, all, "changes in the pupil's plane");
 }
@@ -316,25 +430,10 @@ PlanePart Light::State::live_in_pupil() const {
   return part(low, high - low);
 }
 
-void Light::State::run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse,
-                           const PlanePart& live, const PlanePart& wanted) {
+void Light::State::run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse) {
   ++transforms;
-  const std::pair shape(size.x, size.y);
-  if (backend != cl::FftBackend::host) {
-    auto& fft = *device_ffts.at(shape);
-    return inverse ? fft.inverse(plane) : fft.forward(plane);
-  }
-  auto& fft = host_ffts.at(shape);
-  plane.on_host([&](std::span<Sample> samples) {
-    inverse ? fft.inverse(samples.data(), live, wanted) : fft.forward(samples.data(), live, wanted);
-  });
-}
-
-/// inverse: from the pupil to the hologram
-void Light::State::transform_pupil(cl::ComplexBuffer& plane, bool inverse) {
-  const auto hologram = part({0, 0}, optics.size);
-  run_fft(plane, optics.pupil_plane, inverse, inverse ? live_in_pupil() : hologram,
-          inverse ? hologram : live_in_pupil());
+  auto& fft = *device_ffts.at({size.x, size.y});
+  inverse ? fft.inverse(plane) : fft.forward(plane);
 }
 
 void Light::State::take_beam() {
@@ -343,11 +442,10 @@ void Light::State::take_beam() {
   program = program_of(device, beam_of != nullptr);
   kernels.clear();
   const auto width = count_of(optics.size.x), stride = count_of(row_pitch(optics.size));
-  std::vector<float> rows(beam_of ? stride * count_of(optics.size.y) : 1);
+  beam_rows.assign(beam_of ? stride * count_of(optics.size.y) : 1, 0);
   for (std::size_t i = 0; beam_of && i < beam_of->size(); ++i)
-    rows[i / width * stride + i % width] = (*beam_of)[i];
-  beam = {device, rows.size(), "light on pixels"};
-  beam.write(rows);
+    beam_rows[i / width * stride + i % width] = (*beam_of)[i];
+  beam = {device, beam_rows, "light on pixels"};
 }
 
 cl::Kernel& Light::State::kernel(const char* name) {
@@ -356,43 +454,57 @@ cl::Kernel& Light::State::kernel(const char* name) {
   return known->second;
 }
 
-/// What the last transform to the picture takes.
-glm::ivec2 Light::State::live_at_hologram(const PictureGrid& grid) const {
-  return grid.propagation == Propagation::fresnel ? grid.open.size : grid.spectrum.finer_open;
+/// Of a key's open part, which begins at the first.
+LentRows Light::State::rows_of(std::span<Sample> hologram, const PhaseStack& holograms, int frame,
+                               const Tables& t, float side) const {
+  return {hologram.data() + holograms.first(frame, t.open.first), count_of(holograms.pitch()),
+          beam_of ? beam_rows.data() + holograms.first(0, t.open.first) : nullptr, side};
 }
 
-/// inverse: from the hologram to the picture
-void Light::State::transform(std::size_t key, bool inverse) {
-  const auto& grid = grids[key];
-  const auto hologram = part({0, 0}, live_at_hologram(grid));
-  const auto first = grid.region_first, count = grid.region_size;
-  if (inverse)
-    run_fft(plane(key), grid.size, true, hologram,
-            {with_margin(first.x, count.x, grid.margin_x(), grid.size.x),
-             with_margin(first.y, count.y, grid.radius_y(), grid.size.y)});
-  else
-    run_fft(plane(key), grid.size, false, part(first, count), hologram);
+LentRows Light::State::rows_in_pupil(std::span<Sample> pupil, const Tables& t) const {
+  return {pupil.data() + first_in_pupil(t), count_of(optics.pupil_plane.x), nullptr, 1};
+}
+
+void Light::State::show_on_host(const Tables& t, const LentRows& from, Sample* to,
+                                const PlanePart& wanted) {
+  transforms += t.path.transforms();
+  passes.show(
+      t.path,
+      [&](std::size_t row, Sample* line) { spread_row(from, row, t.columns, t.rows[row], line); },
+      to, wanted);
+}
+
+void Light::State::back_on_host(const Tables& t, const Sample* from, const PlanePart& live,
+                                const std::function<void(std::size_t, const Sample*)>& open) {
+  transforms += t.path.transforms();
+  passes.back(t.path, from, live, open);
+}
+
+void Light::State::put_back_on_host(const Tables& t, const Sample* from, const PlanePart& live,
+                                    double factor, bool adds, const LentRows& to) {
+  const auto put = !adds     ? put_back_row<false, false>
+                   : to.beam ? put_back_row<true, true>
+                             : put_back_row<true, false>;
+  back_on_host(t, from, live, [&](std::size_t row, const Sample* line) {
+    put(line, row, t.columns, static_cast<float>(factor) * t.rows[row], to);
+  });
 }
 
 void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t key,
-                          cl::ComplexBuffer& to, int nx, int columns, int rows) {
+                          cl::ComplexBuffer& to, glm::ivec2 size) {
   const auto& t = tables[key];
-  if (grids[key].pupil) {
-    const int pitch = optics.pupil_plane.x;
-    return spread_plane(in_pupil,
-                        static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x), pitch,
-                        t.column_chirp, t.row_chirp, t.open.size, to, nx, columns, rows);
-  }
-  spread_hologram(holograms, frame, t, grids[key].side, to, nx, columns, rows);
+  if (grids[key].pupil)
+    return spread_plane(in_pupil, first_in_pupil(t), optics.pupil_plane.x, t.column_chirp,
+                        t.row_chirp, t.open.size, to, size);
+  spread_hologram(holograms, frame, t, grids[key].side, to, size);
 }
 
 void Light::State::spread_hologram(const PhaseStack& holograms, int frame, const Tables& t,
-                                   float side, cl::ComplexBuffer& to, int nx, int columns,
-                                   int rows) {
-  run_rows(device, kernel("spread"), columns, rows, holograms.samples,
+                                   float side, cl::ComplexBuffer& to, glm::ivec2 size) {
+  run_rows(device, kernel("spread"), size.x, size.y, holograms.samples,
            holograms.first(frame, t.open.first), holograms.pitch(), side, beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
-           t.open.size.y, to, nx, columns, rows);
+           t.open.size.y, to, size.x, size.x, size.y);
 }
 
 /// Adds `change`, in rows of `pitch` samples, to the holograms, and takes the phases.
@@ -408,10 +520,10 @@ void Light::State::step_phases(PhaseStack& holograms, int frame, const Tables& t
 void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t first, int pitch,
                                 const cl::ComplexBuffer& columns_chirp,
                                 const cl::ComplexBuffer& rows_chirp, glm::ivec2 open,
-                                cl::ComplexBuffer& to, int nx, int columns, int rows) {
+                                cl::ComplexBuffer& to, glm::ivec2 size) {
   if (!plain_spread) plain_spread = program_of(device).kernel("spread");
-  run_rows(device, *plain_spread, columns, rows, from, first, pitch, 1.0f, beam, first,
-           columns_chirp, rows_chirp, open.x, open.y, to, nx, columns, rows);
+  run_rows(device, *plain_spread, size.x, size.y, from, first, pitch, 1.0f, beam, first,
+           columns_chirp, rows_chirp, open.x, open.y, to, size.x, size.x, size.y);
 }
 
 /// From the spectrum to that of finer samples, with the phases that Fresnel's propagation lacks, or
@@ -419,18 +531,14 @@ void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t fir
 void Light::State::turn_spectrum(std::size_t key, bool back) {
   const auto& grid = grids[key];
   const auto& t = tables[key];
-  const bool is_exact = grid.propagation == Propagation::exact;
-  auto& turned = is_exact ? plane(key) : fine;
+  auto& turned = is(Propagation::exact, key) ? plane(key) : fine;
   const auto n = grid.spectrum.pixels, size = grid.spectrum.finer;
-  const auto sines = optics.wavelength_m / (optics.pitch_m * glm::dvec2(n));
-  const auto waves = grid.z_m / optics.wavelength_m;
-  // FFTs of the device read all of the plane
-  const auto written = back || backend == cl::FftBackend::host ? n : size;
+  const auto written = back ? n : size;
   run_rows(device, kernel("turn_spectrum"), written.x, written.y, back ? turned : spectrum,
            back ? size.x : n.x, t.spectrum_columns, t.spectrum_rows, n.x, n.y,
-           static_cast<float>(sines.x), static_cast<float>(sines.y),
-           static_cast<float>(is_exact ? waves : 0), static_cast<float>(is_exact ? 0 : waves / 2),
-           std::int32_t{back}, back ? spectrum : turned, back ? n.x : size.x, written.x, written.y);
+           static_cast<float>(t.path.x.sine), static_cast<float>(t.path.y.sine), t.path.turns,
+           t.path.more, std::int32_t{back}, back ? spectrum : turned, back ? n.x : size.x,
+           written.x, written.y);
 }
 
 /// The exact propagation; or Fresnel's of a hologram whose spectrum has the phases of the exact
@@ -438,44 +546,51 @@ void Light::State::turn_spectrum(std::size_t key, bool back) {
 void Light::State::show_by_spectrum(const PhaseStack& holograms, int frame, std::size_t key) {
   const auto& grid = grids[key];
   const auto& t = tables[key];
-  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer, open = live_at_hologram(grid);
-  const bool on_host = backend == cl::FftBackend::host;
-  const auto written = on_host ? grid.open.size : n;
-  spread(holograms, frame, key, spectrum, n.x, written.x, written.y);
-  run_fft(spectrum, n, false, part({0, 0}, grid.open.size), part({0, 0}, n));
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer;
+  spread(holograms, frame, key, spectrum, n);
+  run_fft(spectrum, n, false);
   turn_spectrum(key, false);
   if (is(Propagation::corrected, key)) {
-    run_fft(fine, size, true, part({0, 0}, n), part({0, 0}, open));
-    const auto shown = on_host ? open : grid.size;
-    spread_plane(fine, 0, size.x, t.fine_columns, t.fine_rows, open, plane(key), grid.size.x,
-                 shown.x, shown.y);
+    run_fft(fine, size, true);
+    spread_plane(fine, 0, size.x, t.fine_columns, t.fine_rows, grid.spectrum.finer_open, plane(key),
+                 grid.size);
   }
-  transform(key, true);
+  run_fft(plane(key), grid.size, true);
 }
 
 /// The adjoint.
 void Light::State::back_by_spectrum(std::size_t key) {
   const auto& grid = grids[key];
   const auto& t = tables[key];
-  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer, open = live_at_hologram(grid);
-  transform(key, false);
+  const auto n = grid.spectrum.pixels, size = grid.spectrum.finer;
+  run_fft(plane(key), grid.size, false);
   if (is(Propagation::corrected, key)) {
-    const auto written = backend == cl::FftBackend::host ? open : size;
-    run_rows(device, kernel("put_back"), written.x, written.y, fine, std::uint32_t{0}, size.x,
-             t.fine_columns, t.fine_rows, written.x, written.y, plane(key), grid.size.x, 1.0f);
-    run_fft(fine, size, false, part({0, 0}, open), part({0, 0}, n));
+    run_rows(device, kernel("put_back"), size.x, size.y, fine, std::uint32_t{0}, size.x,
+             t.fine_columns, t.fine_rows, size.x, size.y, plane(key), grid.size.x, 1.0f);
+    run_fft(fine, size, false);
   }
   turn_spectrum(key, true);
-  run_fft(spectrum, n, true, part({0, 0}, n), part({0, 0}, grid.open.size));
+  run_fft(spectrum, n, true);
 }
 
 const cl::ComplexBuffer& Light::State::back(std::size_t key) {
-  if (is(Propagation::fresnel, key)) {
-    transform(key, false);
-    return plane(key);
+  const auto& grid = grids[key];
+  if (on_host()) {
+    make_room(spectrum, {back_pitch(key), grid.open.size.y}, "light of the open part");
+    spectrum.on_host_with(plane(key), [&](std::span<Sample> rows, std::span<Sample> picture) {
+      back_on_host(
+          tables[key], picture.data(), region_of(grid), [&](std::size_t row, const Sample* from) {
+            std::copy_n(from, grid.open.size.x, rows.data() + row * count_of(back_pitch(key)));
+          });
+    });
+    return spectrum;
   }
-  back_by_spectrum(key);
-  return spectrum;
+  if (!is(Propagation::fresnel, key)) {
+    back_by_spectrum(key);
+    return spectrum;
+  }
+  run_fft(plane(key), grid.size, false);
+  return plane(key);
 }
 
 Light::Light(const cl::Device& device, cl::FftBackend backend)
@@ -492,61 +607,89 @@ int Light::transforms() const { return state_->transforms; }
 
 OpenPart Light::read_back(std::size_t key) const {
   const auto& grid = state_->grids[key];
-  if (state_->backend == cl::FftBackend::host) return {grid.region_first, grid.region_size};
+  if (state_->on_host()) return {grid.region_first, grid.region_size};
   return {{0, 0}, grid.size};
 }
 
 void Light::enter_pupil(const PhaseStack& holograms, int frame) {
   auto& s = *state_;
   if (!s.to_pupil) return;
-  const auto all = s.optics.pupil_plane,
-             written = s.backend == cl::FftBackend::host ? s.optics.size : all;
-  s.spread_hologram(holograms, frame, *s.to_pupil, 1, s.in_pupil, all.x, written.x, written.y);
-  s.transform_pupil(s.in_pupil, false);
   s.added_in_pupil.fill_zero();
+  const auto& t = *s.to_pupil;
+  if (s.on_host())
+    return samples_of(holograms).on_host_with(
+        s.in_pupil, [&](std::span<Sample> hologram, std::span<Sample> pupil) {
+          s.show_on_host(t, s.rows_of(hologram, holograms, frame, t, 1), pupil.data(),
+                         s.live_in_pupil());
+        });
+  const auto all = s.optics.pupil_plane;
+  s.spread_hologram(holograms, frame, t, 1, s.in_pupil, all);
+  s.run_fft(s.in_pupil, all, false);
 }
 
 void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
   auto& s = *state_;
   if (!s.to_pupil) return;
-  s.transform_pupil(s.added_in_pupil, true);
-  s.step_phases(holograms, frame, *s.to_pupil, 1, s.added_in_pupil, s.optics.pupil_plane.x, step);
+  const auto& t = *s.to_pupil;
+  if (s.on_host())
+    return holograms.samples.on_host_with(
+        s.added_in_pupil, [&](std::span<Sample> hologram, std::span<Sample> pupil) {
+          s.put_back_on_host(t, pupil.data(), s.live_in_pupil(), step, true,
+                             s.rows_of(hologram, holograms, frame, t, 1));
+        });
+  s.run_fft(s.added_in_pupil, s.optics.pupil_plane, true);
+  s.step_phases(holograms, frame, t, 1, s.added_in_pupil, s.optics.pupil_plane.x, step);
 }
 
 void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   auto& s = *state_;
   const auto& grid = s.grids[key];
+  const auto& t = s.tables[key];
+  if (s.on_host()) {
+    auto& from = grid.pupil ? s.in_pupil : samples_of(holograms);
+    return from.on_host_with(s.plane(key), [&](std::span<Sample> light, std::span<Sample> picture) {
+      s.show_on_host(
+          t,
+          grid.pupil ? s.rows_in_pupil(light, t) : s.rows_of(light, holograms, frame, t, grid.side),
+          picture.data(), wanted_of(grid));
+    });
+  }
   if (!s.is(Propagation::fresnel, key)) return s.show_by_spectrum(holograms, frame, key);
-  // FFTs of the device read all of the plane.
-  const auto written = s.backend == cl::FftBackend::host ? grid.open.size : grid.size;
-  s.spread(holograms, frame, key, s.plane(key), grid.size.x, written.x, written.y);
-  s.transform(key, true);
+  s.spread(holograms, frame, key, s.plane(key), grid.size);
+  s.run_fft(s.plane(key), grid.size, true);
 }
 
 void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step) {
   auto& s = *state_;
   const auto& t = s.tables[key];
-  const auto& change = s.back(key);
-  const double factor = unitary(key);
-  if (s.grids[key].pupil) {
-    const int pitch = s.optics.pupil_plane.x;
-    return run_rows(s.device, s.kernel("put_back"), t.open.size.x, t.open.size.y, s.added_in_pupil,
-                    static_cast<std::uint32_t>(t.open.first.y * pitch + t.open.first.x), pitch,
-                    t.column_chirp, t.row_chirp, t.open.size.x, t.open.size.y, change,
-                    s.back_pitch(key), static_cast<float>(factor * factor));
+  const auto& grid = s.grids[key];
+  const double factor = std::pow(unitary(key), 2);
+  if (s.on_host()) {
+    auto& to = grid.pupil ? s.added_in_pupil : holograms.samples;
+    return to.on_host_with(s.plane(key), [&](std::span<Sample> light, std::span<Sample> picture) {
+      s.put_back_on_host(t, picture.data(), region_of(grid), grid.pupil ? factor : step * factor,
+                         !grid.pupil,
+                         grid.pupil ? s.rows_in_pupil(light, t)
+                                    : s.rows_of(light, holograms, frame, t, grid.side));
+    });
   }
-  s.step_phases(holograms, frame, t, s.grids[key].side, change, s.back_pitch(key),
-                step * factor * factor);
+  const int pitch = s.optics.pupil_plane.x;
+  const auto& change = s.back(key);
+  if (grid.pupil)
+    return run_rows(s.device, s.kernel("put_back"), t.open.size.x, t.open.size.y, s.added_in_pupil,
+                    s.first_in_pupil(t), pitch, t.column_chirp, t.row_chirp, t.open.size.x,
+                    t.open.size.y, change, s.back_pitch(key), static_cast<float>(factor));
+  s.step_phases(holograms, frame, t, grid.side, change, s.back_pitch(key), step * factor);
 }
 
 const cl::ComplexBuffer& Light::back(std::size_t key) { return state_->back(key); }
 std::size_t Light::back_pitch(std::size_t key) const { return count_of(state_->back_pitch(key)); }
 
 std::vector<std::complex<float>> Light::column_chirp(std::size_t key) const {
-  return state_->tables[key].column_chirp.read();
+  return state_->tables[key].columns;
 }
 std::vector<std::complex<float>> Light::row_chirp(std::size_t key) const {
-  return state_->tables[key].row_chirp.read();
+  return state_->tables[key].rows;
 }
 
 double Light::unitary(std::size_t key) const {

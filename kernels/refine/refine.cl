@@ -22,6 +22,7 @@
 #include "kernels/common/complex_lanes.h"
 #include "kernels/common/phase.h"
 #include "kernels/refine/rows_together.h"
+#include "kernels/refine/spectrum.h"
 
 // hologram: the phases of `field`, rows of nx samples without gaps; first: where its first sample
 // goes. Where the field is dark the phase is 0.
@@ -100,11 +101,9 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
   }
 }
 
-// target: the spectrum `source` times phases of turns b + more b^2, b being 1 - sqrt(1 - s^2) for a
-// sine s, and those of columns and rows; zero behind its nx x ny samples, in the first `columns` x
-// `rows` of the target. With `back`, times the conjugates. Frequencies begin with the lowest;
-// beyond s = 1 there is no light. An angular spectrum's propagation over z turns by z / wavelength,
-// and more than Fresnel's by more = z / (2 wavelength).
+// target: the spectrum `source` times its phases (spectrum.h) and those of columns and rows; zero
+// behind its nx x ny samples, in the first `columns` x `rows` of the target. With `back`, times the
+// conjugates. Frequencies begin with the lowest.
 //
 // sine_x,y  from a sample to the next
 __kernel void turn_spectrum(const __global float2* restrict source, int source_nx,
@@ -125,10 +124,9 @@ __kernel void turn_spectrum(const __global float2* restrict source, int source_n
     floatv re = 0.0f, im = 0.0f;
     if (inside && i < nx) {
       const floatv along = sine_x * LANES_TO_FLOAT(i - nx / 2 + LANES_INDEX),
-                   square = along * along + across * across,
-                   bent = square / (1.0f + sqrt(fmax(1.0f - square, (floatv)(0.0f))));
+                   square = along * along + across * across;
       floatv a, b, c, s, u, v;
-      cos_sin_turns((turns + more * bent) * bent, &c, &s);
+      spectrum_phase(square, turns, more, &c, &s);
       load_complex(column_phases + i, &u, &v);
       const floatv p = c * u - s * v, q = c * v + s * u;
       const intv known = (square < 1.0f) & (i + LANES_INDEX < nx);
