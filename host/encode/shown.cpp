@@ -101,7 +101,8 @@ void blur_states(const Panel& panel, const std::vector<Level>& levels,
 
 /// shown_field for levels of either type.
 template <class Level>
-FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> levels) {
+FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> levels,
+                    FieldStack field = {}) {
   const auto size = panel.size_px();
   const auto pixels = std::size_t{1} * size.x * size.y;
   require_level_bytes(panel.slm(), sizeof(Level));
@@ -121,7 +122,10 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
   const bool has_crosstalk = !panel.crosstalk().weights.empty();
   const bool is_ideal = !has_crosstalk && !slm.fill && plain == 0 && beam.empty() && !is_turned;
 
-  FieldStack field{size.x, size.y, static_cast<int>(levels.size()), {}, panel.source()};
+  field.nx = size.x;
+  field.ny = size.y;
+  field.frames = static_cast<int>(levels.size());
+  field.source = panel.source();
   field.samples.resize(pixels * levels.size());
   for (std::size_t frame = 0; frame < levels.size(); ++frame) {
     if (levels[frame].size() != pixels)
@@ -178,8 +182,9 @@ void keep_band(std::span<std::complex<float>> plane, glm::ivec2 plane_size, glm:
   if (size.y < 1) filter_lines(plane, nx, 1, ny, nx, kept_in_band(plane_size.y, size.y, -centre.y));
 }
 
-FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels) {
-  return shown_by(panel, levels);
+FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels,
+                       FieldStack memory) {
+  return shown_by(panel, levels, std::move(memory));
 }
 
 FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint16_t>> levels) {

@@ -19,8 +19,10 @@ namespace raywave {
 ///
 /// levels   one picture per frame, of the panel's size; std::uint16_t where levels have more than 8
 ///          bits
+/// memory   is taken for the light: new memory takes longer to come than light to be computed
 /// throws   InputError when a picture has another size
-FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels);
+FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint8_t>> levels,
+                       FieldStack memory = {});
 FieldStack shown_field(const Panel& panel, std::span<const std::vector<std::uint16_t>> levels);
 
 /// Keeps the spatial frequencies whose distance from `centre` is at most half of `size` of the

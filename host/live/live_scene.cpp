@@ -8,6 +8,7 @@
 #include <glm/common.hpp>
 #include <glm/geometric.hpp>
 #include <glm/trigonometric.hpp>
+#include <numeric>
 #include <span>
 #include <utility>
 
@@ -72,9 +73,11 @@ void for_rows(int rows, const Work& work) {
                    [&](std::size_t, std::size_t row) { work(static_cast<int>(row)); });
 }
 
-/// Adds the mean of `value` of a plane's samples over each pixel of a picture around the axis.
-template <class Value>
-void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value& value) {
+/// Adds the mean of a plane's brightness over each pixel of a picture around the axis.
+///
+/// add  adds the brightness of a row's samples, from one column to before another
+void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture,
+              const std::function<void(int row, int from, int to, float* sums)>& add) {
   const auto pixel_m = window_m / glm::dvec2(picture.width, picture.height);
   const auto first_m = glm::dvec2(grid.size - 1) / 2.0 * grid.pixel_m;
   const auto columns =
@@ -83,17 +86,23 @@ void add_mean(const Grid& grid, glm::dvec2 window_m, Image& picture, const Value
   const auto rows =
       within(picture.height, (window_m.y / 2 - grid.middle_m.y - first_m.y) / pixel_m.y,
              grid.pixel_m.y / pixel_m.y, grid.size.y);
+  int from = grid.size.x, to = 0;
+  for (const auto& [left, right] : columns) {
+    if (left == right) continue;
+    from = std::min(from, left);
+    to = std::max(to, right);
+  }
   for_rows(picture.height, [&](int y) {
     const auto [top, bottom] = rows[static_cast<std::size_t>(y)];
+    std::vector<float> sums(static_cast<std::size_t>(grid.size.x));
+    for (int j = top; j < bottom; ++j) add(j, from, to, sums.data());
     for (int x = 0; x < picture.width; ++x) {
       const auto [left, right] = columns[static_cast<std::size_t>(x)];
-      double sum = 0;
-      for (int j = top; j < bottom; ++j)
-        for (int i = left; i < right; ++i)
-          sum += value(static_cast<std::size_t>(j) * grid.size.x + i);
-      if (const int count = (bottom - top) * (right - left); count > 0)
+      const int count = (bottom - top) * (right - left);
+      if (count > 0)
         picture.pixels[static_cast<std::size_t>(y) * picture.width + x] +=
-            static_cast<float>(sum / count);
+            std::accumulate(sums.begin() + left, sums.begin() + right, 0.0f) /
+            static_cast<float>(count);
     }
   });
 }
@@ -269,7 +278,7 @@ Pupil LiveScene::pupil_of(const Viewing& viewing) const {
 
 Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
   const auto& laser = shown_.lasers[number];
-  const auto field = shown_field(*laser.panel, laser.levels);
+  field_ = shown_field(*laser.panel, laser.levels, std::move(field_));
   const auto& viewer = renderer_->scene().viewer;
   const auto pixel_m = window_m_ / glm::dvec2(size_px_);
   const double blur_m = eye_blur_m(viewer, viewing.focus_m);
@@ -278,23 +287,25 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
   if (viewer.eyepiece_m) {
     const auto& hologram = renderer_->scene(number).hologram;
     const auto seen =
-        reconstruct(device_, fft_, field, hologram,
+        reconstruct(device_, fft_, field_, hologram,
                     {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupil_of(viewing)});
     const Grid grid{{seen.width, seen.height}, hologram.pitch_m};
-    add_mean(grid, window_m_, picture, [&](std::size_t i) { return seen.pixels[i]; });
+    add_mean(grid, window_m_, picture, [&](int row, int from, int to, float* sums) {
+      const auto* pixels = seen.pixels.data() + std::ptrdiff_t{row} * seen.width;
+      for (int i = from; i < to; ++i) sums[i] += pixels[i];
+    });
   } else {
-    add_light(field, laser.plan, viewing, blur_m, picture);
+    add_light(laser.plan, viewing, blur_m, picture);
   }
   return blurred(picture, std::min(blur_m / pixel_m.x, most_blur_px));
 }
 
 /// By the propagation of refined pictures.
-void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing,
-                          double blur_m, Image& picture) {
-  levels_.resize({field.nx, field.ny}, field.frames);
+void LiveScene::add_light(const Plan& plan, const Viewing& viewing, double blur_m, Image& picture) {
+  levels_.resize({field_.nx, field_.ny}, field_.frames);
   levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
-    for_rows(field.ny * field.frames, [&](int row) {
-      std::copy_n(field.samples.begin() + std::ptrdiff_t{row} * field.nx, field.nx,
+    for_rows(field_.ny * field_.frames, [&](int row) {
+      std::copy_n(field_.samples.begin() + std::ptrdiff_t{row} * field_.nx, field_.nx,
                   rows.begin() + std::ptrdiff_t{row} * levels_.pitch());
     });
   });
@@ -318,13 +329,19 @@ void LiveScene::add_light(const FieldStack& field, const Plan& plan, const Viewi
   // Intensity over that on the hologram, mean of the frames, as reconstruct has it
   const auto& of = light_.grid(0);
   const auto areas = optics.pitch_m / of.pixel_m;
-  const double unit = std::pow(light_.unitary(0), 2) * areas.x * areas.y / field.frames;
+  const auto unit =
+      static_cast<float>(std::pow(light_.unitary(0), 2) * areas.x * areas.y / field_.frames);
   const Grid grid{of.size, of.pixel_m, of.middle_m};
-  for (int frame = 0; frame < field.frames; ++frame) {
+  for (int frame = 0; frame < field_.frames; ++frame) {
     light_.show(levels_, frame, 0);
     light_.plane(0).on_host([&](std::span<const std::complex<float>> plane) {
-      add_mean(grid, window_m_, picture,
-               [&](std::size_t i) { return unit * double{std::norm(plane[i])}; });
+      add_mean(grid, window_m_, picture, [&](int row, int from, int to, float* sums) {
+        const auto* samples = plane.data() + std::ptrdiff_t{row} * grid.size.x;
+        for (int i = from; i < to; ++i) {
+          const float re = samples[i].real(), im = samples[i].imag();
+          sums[i] += unit * (re * re + im * im);
+        }
+      });
     });
   }
 }
@@ -434,13 +451,14 @@ LivePicture LiveScene::look(const Viewing& viewing) {
     const auto bytes =
         expose_to(channels, is_levels ? 1 : white_of(channels, 99.5) * std::exp2(-viewing.stops));
     const std::size_t each = channels.size();
-    for (int y = 0; y < size_px_.y; ++y)
+    for_rows(size_px_.y, [&](int y) {
       for (int x = 0; x < size_px_.x; ++x)
         for (std::size_t c = 0; c < 3; ++c)
           result
               .rgb[3 * (static_cast<std::size_t>(y) * result.size_px.x + number * size_px_.x + x) +
                    c] =
               bytes[each * (static_cast<std::size_t>(y) * size_px_.x + x) + (each == 3 ? c : 0)];
+    });
   }
   result.picture_s = now_s() - start_s;
   return result;

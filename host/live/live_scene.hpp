@@ -112,8 +112,7 @@ private:
   void require_focus(const Viewing& viewing) const;
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
-  void add_light(const FieldStack& field, const Plan& plan, const Viewing& viewing, double blur_m,
-                 Image& picture);
+  void add_light(const Plan& plan, const Viewing& viewing, double blur_m, Image& picture);
   std::vector<Image> seen_by_lens(const Viewing& viewing);
   std::vector<Image> in_colours(std::vector<Image> light) const;
 
@@ -126,6 +125,7 @@ private:
   Viewing start_, now_;  // their poses, lights and plans: of the file, and of the renderer
   Rendered shown_;
   std::optional<std::vector<std::string>> notes_;
+  FieldStack field_;  // that levels show, the last
   refinement::PhaseStack levels_;
   refinement::Light light_;
   glm::ivec2 size_px_{1, 1};
