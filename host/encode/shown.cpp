@@ -109,6 +109,7 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
   std::vector<std::complex<double>> light(std::size_t{std::numeric_limits<Level>::max()} + 1);
   for (int level = 0; level < grey_levels_of(panel.slm()); ++level)
     light[level] = panel.shown(static_cast<std::size_t>(level));
+  const std::vector<std::complex<float>> rounded(light.begin(), light.end());
   const auto& added = panel.added();
   const auto own = panel.own_carrier();
   const bool is_turned = !added.empty() || own != glm::dvec2(0);
@@ -139,13 +140,11 @@ FieldStack shown_by(const Panel& panel, std::span<const std::vector<Level>> leve
     if (has_crosstalk) blur_states(panel, levels[frame], plane);
     if (slm.fill) {
       if (!has_crosstalk)
-        for (std::size_t i = 0; i < pixels; ++i)
-          plane[i] = std::complex<float>(light[levels[frame][i]]);
+        for (std::size_t i = 0; i < pixels; ++i) plane[i] = rounded[levels[frame][i]];
       show_pixels(plane, size, *slm.fill, panel.carrier());
     }
     threads.for_ranges(pixels, [&](std::size_t, std::size_t first, std::size_t last) {
-      for (std::size_t i = first; i < last && is_ideal; ++i)
-        plane[i] = std::complex<float>(light[levels[frame][i]]);
+      for (std::size_t i = first; i < last && is_ideal; ++i) plane[i] = rounded[levels[frame][i]];
       for (std::size_t i = first; i < last && !is_ideal; ++i) {
         auto value =
             has_crosstalk || slm.fill ? std::complex<double>(plane[i]) : light[levels[frame][i]];

@@ -72,11 +72,11 @@ constexpr double nodes_of_picture = 2.5e5;
 constexpr double levels_of_a_frame = 1.5e5;
 
 /// Passes over the pixels of the refinement's planes per iteration, in butterflies.
-constexpr double butterflies_of_a_refined_pixel = 96;
+constexpr double butterflies_of_a_refined_pixel = 80;
 
 /// The same towards pictures made of samples, and what a sample adds to the picture of an
 /// iteration.
-constexpr double butterflies_of_a_paced_pixel = 118, butterflies_of_a_paced_sample = 8000;
+constexpr double butterflies_of_a_paced_pixel = 100, butterflies_of_a_paced_sample = 8000;
 
 /// A ray of a lens's picture, in levels of the tree: each ray, and those that meet a surface for
 /// each level and for each triangle in whose box they are. Ten scenes of 4 thousand to 260 thousand

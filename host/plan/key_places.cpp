@@ -431,7 +431,7 @@ SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place
 }
 
 double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, double blur_m) {
-  constexpr double of_sample = 28, of_pixel = 8, of_blurs = 6;
+  constexpr double of_sample = 18, of_pixel = 8, of_blurs = 6;
   double sum = 0;
   for (const auto& plane : planes.transformed) {
     const double samples = 1.0 * plane.x * plane.y;

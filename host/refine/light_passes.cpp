@@ -5,6 +5,7 @@
 #include <atomic>
 #include <barrier>
 #include <cmath>
+#include <cstdint>
 #include <cstring>
 
 #include "host/common/this_cpu.hpp"
@@ -23,6 +24,8 @@ namespace raywave::refinement {
 namespace {
 
 using Sample = std::complex<float>;
+
+constexpr std::size_t rows_together = 8;  // that a thread takes at a time
 
 const float* floats(const Sample* samples) { return reinterpret_cast<const float*>(samples); }
 float* floats(Sample* samples) { return reinterpret_cast<float*>(samples); }
@@ -75,6 +78,10 @@ void turn(const LightPath& path, std::size_t column, const Sample* from, bool co
 
 void clear(Sample* line, std::size_t from, std::size_t to) {
   std::fill(line + from, line + std::max(from, to), Sample{});
+}
+
+bool is_aligned(const Sample* line) {
+  return reinterpret_cast<std::uintptr_t>(line) % LineFft::alignment == 0;
 }
 
 std::size_t longest(const LightLine& line) {
@@ -180,13 +187,13 @@ void LightPasses::show(const LightPath& path, const std::function<void(std::size
   const bool by_spectrum = path.x.spectrum > 0;
   const auto columns = by_spectrum ? path.x.spectrum : path.x.open;
   fit(path, columns, std::max(path.y.open, wanted.y.count));
-  const Pass rows{path.y.open, 8, [&](Scratch& s, std::size_t row) {
-                    open(row, s.finer.get());
-                    if (!by_spectrum) return scatter(s.finer.get(), row, columns);
-                    clear(s.finer.get(), path.x.open, path.x.spectrum);
-                    x.spectrum->forward(s.finer.get(), s.first.get());
-                    scatter(s.first.get(), row, columns);
-                  }};
+  const auto open_row = [&](Scratch& s, std::size_t row) {
+    open(row, s.finer.get());
+    if (!by_spectrum) return scatter(s.finer.get(), row, columns);
+    clear(s.finer.get(), path.x.open, path.x.spectrum);
+    x.spectrum->forward(s.finer.get(), s.first.get());
+    scatter(s.first.get(), row, columns);
+  };
   const auto last = [&](const LineFft* fft, const Sample* from, Sample* to) {
     path.inverse ? fft->inverse(from, to) : fft->forward(from, to);
   };
@@ -203,22 +210,23 @@ void LightPasses::show(const LightPath& path, const std::function<void(std::size
     clear(s.picture.get(), line.chirp.size(), line.picture);
     last(ffts.picture, s.picture.get(), to);
   };
-  const auto down =
-      over_columns(columns, by_spectrum ? path.y.spectrum : path.y.picture, {0, path.y.open},
-                   wanted.y, [&](Scratch& s, std::size_t column, const Sample* in, Sample* to) {
-                     if (!by_spectrum) return last(y.picture, in, to);
-                     y.spectrum->forward(in, s.first.get());
-                     turn(path, column, s.first.get(), false, s.finer.get());
-                     to_picture(path.y, y, s, to);
-                   });
-  const Pass picture_rows{wanted.y.count, 8, [&](Scratch& s, std::size_t row) {
-                            gather(row, columns, s.finer.get());
-                            to_picture(path.x, x, s, s.first.get());
-                            std::copy_n(
-                                s.first.get() + wanted.x.first, wanted.x.count,
-                                picture + (wanted.y.first + row) * path.x.picture + wanted.x.first);
-                          }};
-  run({rows, down, picture_rows});
+  const auto column = [&](Scratch& s, std::size_t number, const Sample* from, Sample* to) {
+    if (!by_spectrum) return last(y.picture, from, to);
+    y.spectrum->forward(from, s.first.get());
+    turn(path, number, s.first.get(), false, s.finer.get());
+    to_picture(path.y, y, s, to);
+  };
+  const auto picture_row = [&](Scratch& s, std::size_t row) {
+    gather(row, columns, s.finer.get());
+    Sample* to = picture + (wanted.y.first + row) * path.x.picture;
+    if (is_aligned(to)) return to_picture(path.x, x, s, to);
+    to_picture(path.x, x, s, s.first.get());
+    std::copy_n(s.first.get() + wanted.x.first, wanted.x.count, to + wanted.x.first);
+  };
+  run({{{path.y.open, rows_together, open_row},
+        over_columns(columns, by_spectrum ? path.y.spectrum : path.y.picture, {0, path.y.open},
+                     wanted.y, column),
+        {wanted.y.count, rows_together, picture_row}}});
 }
 
 void LightPasses::back(const LightPath& path, const Sample* picture, const PlanePart& live,
@@ -240,30 +248,30 @@ void LightPasses::back(const LightPath& path, const Sample* picture, const Plane
     clear(s.finer.get(), line.chirp.size(), line.finer);
     ffts.finer->forward(s.finer.get(), to);
   };
-  const Pass picture_rows{live.y.count, 8, [&](Scratch& s, std::size_t row) {
-                            Sample* line = s.picture.get();
-                            clear(line, 0, live.x.first);
-                            std::copy_n(
-                                picture + (live.y.first + row) * path.x.picture + live.x.first,
-                                live.x.count, line + live.x.first);
-                            clear(line, live.x.first + live.x.count, path.x.picture);
-                            from_picture(path.x, x, s, line, s.first.get());
-                            scatter(s.first.get(), row, columns);
-                          }};
-  const auto up = over_columns(columns, path.y.picture, live.y, {0, path.y.open},
-                               [&](Scratch& s, std::size_t column, const Sample* in, Sample* to) {
-                                 if (!by_spectrum) return from_picture(path.y, y, s, in, to);
-                                 from_picture(path.y, y, s, in, s.first.get());
-                                 turn(path, column, s.first.get(), true, s.finer.get());
-                                 y.spectrum->inverse(s.finer.get(), to);
-                               });
-  const Pass rows{path.y.open, 8, [&](Scratch& s, std::size_t row) {
-                    gather(row, columns, s.finer.get());
-                    if (!by_spectrum) return open(row, s.finer.get());
-                    x.spectrum->inverse(s.finer.get(), s.first.get());
-                    open(row, s.first.get());
-                  }};
-  run({picture_rows, up, rows});
+  const auto picture_row = [&](Scratch& s, std::size_t row) {
+    Sample* line = s.picture.get();
+    clear(line, 0, live.x.first);
+    std::copy_n(picture + (live.y.first + row) * path.x.picture + live.x.first, live.x.count,
+                line + live.x.first);
+    clear(line, live.x.first + live.x.count, path.x.picture);
+    from_picture(path.x, x, s, line, s.first.get());
+    scatter(s.first.get(), row, columns);
+  };
+  const auto column = [&](Scratch& s, std::size_t number, const Sample* from, Sample* to) {
+    if (!by_spectrum) return from_picture(path.y, y, s, from, to);
+    from_picture(path.y, y, s, from, s.first.get());
+    turn(path, number, s.first.get(), true, s.finer.get());
+    y.spectrum->inverse(s.finer.get(), to);
+  };
+  const auto open_row = [&](Scratch& s, std::size_t row) {
+    gather(row, columns, s.finer.get());
+    if (!by_spectrum) return open(row, s.finer.get());
+    x.spectrum->inverse(s.finer.get(), s.first.get());
+    open(row, s.first.get());
+  };
+  run({{{live.y.count, rows_together, picture_row},
+        over_columns(columns, path.y.picture, live.y, {0, path.y.open}, column),
+        {path.y.open, rows_together, open_row}}});
 }
 
 }  // namespace raywave::refinement

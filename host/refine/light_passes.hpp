@@ -46,7 +46,7 @@ public:
   ///
   /// open    writes a row of the open part; called by several threads
   /// wanted  the part of the picture that is made, in rows of path.x.picture samples; it does not
-  ///         go on past an end
+  ///         go on past an end. The rest of its rows may change
   void show(const LightPath& path, const std::function<void(std::size_t row, Sample* to)>& open,
             Sample* picture, const PlanePart& wanted);
   /// The adjoint.

@@ -81,14 +81,15 @@ double white_of(std::span<const Image> channels, double percentile) {
 }
 
 std::vector<std::uint8_t> expose_to(std::span<const Image> channels, double white) {
-  const auto light = interleaved(channels);
-  std::vector<std::uint8_t> pixels(light.size());
+  const std::size_t count = channels.size();
+  std::vector<std::uint8_t> pixels(count * channels[0].pixels.size());
   if (!(white > 0)) return pixels;
-  cl::Threads::shared().for_ranges(pixels.size(), [&](std::size_t, std::size_t first,
-                                                      std::size_t last) {
-    for (std::size_t i = first; i < last; ++i)
-      pixels[i] = static_cast<std::uint8_t>(std::lround(255 * srgb_of(double{light[i]} / white)));
-  });
+  cl::Threads::shared().for_ranges(
+      pixels.size(), [&](std::size_t, std::size_t first, std::size_t last) {
+        for (std::size_t i = first; i < last; ++i)
+          pixels[i] = static_cast<std::uint8_t>(
+              std::lround(255 * srgb_of(double{channels[i % count].pixels[i / count]} / white)));
+      });
   return pixels;
 }
 
