@@ -59,6 +59,13 @@ struct LiveView::State {
             "must be 0.01 to 1, the part of the hologram", viewing.aperture);
     if (const auto& pupil_m = viewing.pupil_m)
       require(*pupil_m >= 1e-6 && *pupil_m <= 1, "pupil", "must be 1e-06 to 1 m", *pupil_m);
+    const bool has_part = viewing.aperture != 1;
+    if (has_part && viewing.pupil_m)
+      throw InputError("pupil: takes the place of aperture; give one of them");
+    if (of.state().scenes[0].viewer.eyepiece_m && (has_part || viewing.view != Vec2{0, 0}))
+      throw InputError(
+          "view, aperture: behind an eyepiece, the viewer's first pupil is looked through; "
+          "the scene's viewer.pupil_position moves it, pupil sets its width");
     require(std::abs(viewing.stops) <= 20, "stops", "must be -20 to 20", viewing.stops);
   }
 

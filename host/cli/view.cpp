@@ -450,7 +450,8 @@ void show_live(const ViewArguments& options, LiveScene& scene, const Given& give
 }
 
 void record(const ViewArguments& options, LiveScene& scene, const Given& given) {
-  const auto steps = read_steps(options.record, scene.start());
+  const auto steps =
+      read_steps(options.record, scene.start(), scene.scene().viewer.eyepiece_m.has_value());
   OutputSet out(options.out);
   auto pictures = Json::array();
   std::set<std::string> said;

@@ -12,7 +12,8 @@
 
 namespace raywave {
 
-std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& start) {
+std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& start,
+                             bool has_eyepiece) {
   const auto document = parse_document(read_scene_text(file), {});
   Section root(document, document.root, "", "");
   auto viewing = start;
@@ -35,17 +36,29 @@ std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& s
       viewing.focus_m = v.length_m(between(-1e4, 1e4));
       if (viewing.focus_m == 0) v.refuse("0 is the SLM's own plane, which has no picture");
     });
+    const auto require_bare = [&](const Value& v) {
+      if (has_eyepiece)
+        v.refuse(
+            "says nothing behind an eyepiece, where the viewer's first pupil is looked through");
+    };
     section.read("eye", [&](const Value& v) {
+      require_bare(v);
       viewing.eye = in_frame(
           v.vector<glm::dvec2>("two numbers [x, y]",
                                [](const Value& one) { return one.number(between(-1, 1)); }),
           Frame::eye);
     });
+    bool has_part = false;
     section.read("part", [&](const Value& v) {
+      require_bare(v);
       viewing.part = v.number(between(0.01, 1));
       viewing.pupil_m.reset();
+      has_part = true;
     });
-    section.read("pupil", [&](const Value& v) { viewing.pupil_m = v.length_m(between(1e-6, 1)); });
+    section.read("pupil", [&](const Value& v) {
+      if (has_part) v.refuse("takes the place of part; give one of them");
+      viewing.pupil_m = v.length_m(between(1e-6, 1));
+    });
     section.read("hologram", [&](const Value& v) { viewing.hologram = v.boolean(); });
     section.read("lens", [&](const Value& v) { viewing.lens = v.boolean(); });
     section.read("stops", [&](const Value& v) { viewing.stops = v.number(between(-20, 20)); });

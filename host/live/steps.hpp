@@ -19,8 +19,10 @@ struct Step : Viewing {
 /// place, `hologram`, `lens`, `stops`, `preset` and `refined` are those of Viewing from then on.
 /// `save` is for the last picture of the step.
 ///
-/// start   before the first step
-/// throws  InputError with file and line
-std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& start);
+/// start         before the first step
+/// has_eyepiece  parts of the hologram are not looked through, then
+/// throws        InputError with file and line
+std::vector<Step> read_steps(const std::filesystem::path& file, const Viewing& start,
+                             bool has_eyepiece);
 
 }  // namespace raywave

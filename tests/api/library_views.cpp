@@ -244,6 +244,10 @@ TEST_CASE("behind an eyepiece the library looks through the scene's pupil, or th
   CHECK(quality(hologram, how).at(0).view == View::whole);
   CHECK_THROWS_WITH(reconstruct(hologram, ViewOptions{.z_m = -3e-3, .pupil = "-1mm"}),
                     ContainsSubstring("pupil"));
+  LiveView live(scene, {.longest = 16});
+  auto viewing = live.start();
+  viewing.view = {0.5, 0};
+  CHECK_THROWS_WITH(live.look(viewing), ContainsSubstring("behind an eyepiece"));
 }
 
 TEST_CASE("a preview shows the outline of a sphere as the middle of the hologram sees it") {
@@ -426,6 +430,10 @@ TEST_CASE("a live view turns solids, and what it cannot show leaves the next pic
     refused("poses: there are 0", [](Viewing& v) { v.poses.clear(); });
     refused("focus: must be a depth in metres", [](Viewing& v) { v.focus_m = 98; });
     refused("view: must be -1 to 1", [](Viewing& v) { v.view = {0, 2}; });
+    refused("pupil: takes the place of aperture", [](Viewing& v) {
+      v.aperture = 0.5;
+      v.pupil_m = 1e-3;
+    });
     const auto again = live.look(viewing);
     CHECK(again.rgb == turned.rgb);
     CHECK(again.hologram_s == 0);

@@ -322,11 +322,11 @@ TEST_CASE("poses turn as seen: about the hologram's axes, whatever they were tur
 
 TEST_CASE("a script's steps follow each other, and what is wrong in one has its line") {
   const Folder folder;
-  const auto read = [&](const std::string& text) {
+  const auto read = [&](const std::string& text, bool has_eyepiece = false) {
     Viewing start;
     start.poses.resize(2);
     start.lights = {{}, {.type = LightType::point}};
-    return read_steps(folder.write("steps.toml", text), start);
+    return read_steps(folder.write("steps.toml", text), start, has_eyepiece);
   };
   const auto steps = read(
       "[[step]]\nfocus = \"95 mm\"\n[[step]]\nobject = 1\nturn = [0, 10, 0]\nrepeat = 3\n"
@@ -355,6 +355,11 @@ TEST_CASE("a script's steps follow each other, and what is wrong in one has its 
              "steps.toml:3", "did you mean \"turn\"");
   CHECK_SAYS(input_error_of([&] { read("[[step]]\nlight = 1\ndirection = [0, 0, 1]\n"); }),
              "steps.toml:3", "unknown key \"direction\"");  // of a point
+  CHECK_SAYS(input_error_of([&] { read("[[step]]\npart = 0.5\npupil = \"2 mm\"\n"); }),
+             "steps.toml:3: step 0: pupil", "takes the place of part");
+  for (const char* key : {"eye = [0.5, 0]", "part = 0.5"})
+    CHECK_SAYS(input_error_of([&] { read(std::string("[[step]]\n") + key, true); }), "steps.toml:2",
+               "behind an eyepiece");
   CHECK_SAYS(input_error_of([&] { read(""); }), "has no [[step]]");
 }
 
