@@ -4,10 +4,6 @@
 
 namespace raywave {
 
-template <class Loop>
-void run_for_any(const Loop& loop) {
-  loop();
-}
 #if defined(__x86_64__)
 template <class Loop>
 [[gnu::target("avx2,fma"), gnu::flatten]] void run_for_avx2(const Loop& loop) {
@@ -31,7 +27,7 @@ void for_this_cpu(const Loop& loop) {
   if (has_avx512) return run_for_avx512(loop);
   if (has_avx2) return run_for_avx2(loop);
 #endif
-  run_for_any(loop);
+  loop();
 }
 
 }  // namespace raywave

@@ -276,32 +276,14 @@ Pupil LiveScene::pupil_of(const Viewing& viewing) const {
   return pupil;
 }
 
+/// Light in the plane in focus, by the propagation of refined pictures.
 Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
   const auto& laser = shown_.lasers[number];
-  field_ = shown_field(*laser.panel, laser.levels, std::move(field_));
+  const auto& hologram = laser.plan.hologram;
   const auto& viewer = renderer_->scene().viewer;
   const auto pixel_m = window_m_ / glm::dvec2(size_px_);
   const double blur_m = eye_blur_m(viewer, viewing.focus_m);
-  Image picture{size_px_.x, size_px_.y,
-                std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
-  if (viewer.eyepiece_m) {
-    const auto& hologram = renderer_->scene(number).hologram;
-    const auto seen =
-        reconstruct(device_, fft_, field_, hologram,
-                    {.z_m = viewing.focus_m, .window_m = window_m_, .pupil = pupil_of(viewing)});
-    const Grid grid{{seen.width, seen.height}, hologram.pitch_m};
-    add_mean(grid, window_m_, picture, [&](int row, int from, int to, float* sums) {
-      const auto* pixels = seen.pixels.data() + std::ptrdiff_t{row} * seen.width;
-      for (int i = from; i < to; ++i) sums[i] += pixels[i];
-    });
-  } else {
-    add_light(laser.plan, viewing, blur_m, picture);
-  }
-  return blurred(picture, std::min(blur_m / pixel_m.x, most_blur_px));
-}
-
-/// By the propagation of refined pictures.
-void LiveScene::add_light(const Plan& plan, const Viewing& viewing, double blur_m, Image& picture) {
+  field_ = shown_field(*laser.panel, laser.levels, std::move(field_));
   levels_.resize({field_.nx, field_.ny}, field_.frames);
   levels_.samples.on_host([&](std::span<std::complex<float>> rows) {
     for_rows(field_.ny * field_.frames, [&](int row) {
@@ -310,21 +292,38 @@ void LiveScene::add_light(const Plan& plan, const Viewing& viewing, double blur_
     });
   });
 
+  refinement::Key key{
+      .z_m = viewing.focus_m, .picture = Image{size_px_.x, size_px_.y, {}}, .pixel_m = pixel_m};
+  if (viewer.eyepiece_m) {
+    key.pupil = pupil_of(viewing);
+    key.is_disc = true;
+    const auto eyebox_m =
+        key.pupil->eyebox_m({hologram.size, hologram.pitch_m, hologram.wavelength_m});
+    key.view = 2.0 * key.pupil->centre_m / eyebox_m;
+    key.aperture = glm::min(key.pupil->diameter_m / eyebox_m, 1.0);
+  } else {
+    key.view = viewing.eye;
+    key.aperture = part_of(viewing);
+  }
   // As many samples of a part's light as of the whole hologram's: fewer would beat with the pixels
-  const auto part = part_of(viewing);
-  const refinement::Optics optics{
-      .size = plan.hologram.size,
-      .pitch_m = plan.hologram.pitch_m,
-      .wavelength_m = plan.hologram.wavelength_m,
-      .blur_m = blur_m,
-      .padding = std::min(refine_padding / std::min(part.x, part.y), 8.0)};
-  const refinement::Key key{.z_m = viewing.focus_m,
-                            .view = viewing.eye,
-                            .aperture = part,
-                            .picture = Image{size_px_.x, size_px_.y, {}},
-                            .pixel_m = window_m_ / glm::dvec2(size_px_)};
-  const auto propagation = key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
-                                           optics.blur_m, key.z_m, window_m_);
+  const double part = std::min(key.aperture.x, key.aperture.y);
+  refinement::Optics optics{.size = hologram.size,
+                            .pitch_m = hologram.pitch_m,
+                            .wavelength_m = hologram.wavelength_m,
+                            .blur_m = blur_m,
+                            .padding = std::min(refine_padding / part, 8.0)};
+  if (key.pupil) {
+    // Room for the light that the pupil's edge spreads, as reconstruct has it
+    constexpr double widths = 16;
+    optics.blur_m = std::max(
+        blur_m, widths * hologram.wavelength_m * std::abs(key.pupil->b_m) / key.pupil->diameter_m);
+    optics.pupil_plane = refinement::pupil_plane_size(optics, {&key, 1});
+    optics.blur_m = std::min(hologram.pitch_m.x, hologram.pitch_m.y);
+  }
+  const auto propagation = key.pupil
+                               ? KeyPropagation::fresnel
+                               : key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
+                                                 blur_m, key.z_m, window_m_);
   light_.fit(optics, {refinement::picture_grid(optics, key, propagation)});
   // Intensity over that on the hologram, mean of the frames, as reconstruct has it
   const auto& of = light_.grid(0);
@@ -332,7 +331,10 @@ void LiveScene::add_light(const Plan& plan, const Viewing& viewing, double blur_
   const auto unit =
       static_cast<float>(std::pow(light_.unitary(0), 2) * areas.x * areas.y / field_.frames);
   const Grid grid{of.size, of.pixel_m, of.middle_m};
+  Image picture{size_px_.x, size_px_.y,
+                std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   for (int frame = 0; frame < field_.frames; ++frame) {
+    light_.enter_pupil(levels_, frame);
     light_.show(levels_, frame, 0);
     light_.plane(0).on_host([&](std::span<const std::complex<float>> plane) {
       add_mean(grid, window_m_, picture, [&](int row, int from, int to, float* sums) {
@@ -344,6 +346,7 @@ void LiveScene::add_light(const Plan& plan, const Viewing& viewing, double blur_
       });
     });
   }
+  return blurred(picture, std::min(blur_m / pixel_m.x, most_blur_px));
 }
 
 std::vector<Image> LiveScene::seen_by_lens(const Viewing& viewing) {

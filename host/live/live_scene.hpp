@@ -112,7 +112,6 @@ private:
   void require_focus(const Viewing& viewing) const;
   /// Light in the plane in focus, in pixels of the picture.
   Image picture_of(std::size_t number, const Viewing& viewing);
-  void add_light(const Plan& plan, const Viewing& viewing, double blur_m, Image& picture);
   std::vector<Image> seen_by_lens(const Viewing& viewing);
   std::vector<Image> in_colours(std::vector<Image> light) const;
 

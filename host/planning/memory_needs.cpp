@@ -38,12 +38,13 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
   const auto window_m = refine_window_m(plan);
   const double pixels = static_cast<double>(area_of(plan.hologram.size)),
                planes = refines_samples(plan) ? pixels : refine_padding * refine_padding * pixels;
-  double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0, between = pixels;
+  double wanted = 0, largest = 0, in_pupil = 0, by_spectrum = 0, in_spectrum = 0, between = 0;
   for (const auto& place : planned_places(plan)) {
     if (place.pupil) {
       const double samples = static_cast<double>(area_of(samples_through_pupil(
           place, plan.hologram.size, plan.hologram.pitch_m, plan.refine->blur_m.value())));
       in_pupil = 2 * pixels;
+      between = std::max(between, pixels);
       wanted += samples;
       largest = std::max(largest, samples);
       continue;
@@ -51,6 +52,9 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
     const auto& h = plan.hologram;
     auto shown_m = h.wavelength_m * std::abs(place.z_m) / h.pitch_m;
     double samples = place.aperture.x * place.aperture.y * planes;
+    // Between the passes: rows of the open part, or of the picture
+    double columns = place.aperture.x * h.size.x, rows = place.aperture.y * h.size.y,
+           tall = rows * std::sqrt(planes / pixels);
     const auto propagation =
         refines_samples(plan) ? KeyPropagation::fresnel
                               : key_propagation(h.size, h.pitch_m, h.wavelength_m,
@@ -64,10 +68,12 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
       if (!has_host_fft)
         in_spectrum =
             std::max(in_spectrum, static_cast<double>(area_of(of.pixels) + area_of(of.finer)));
-      const double shown = std::min(window_m.y / shown_m.y, 1.0) * of.picture.y;
-      between = std::max(between, of.pixels.x * std::max<double>(of.open.y, shown));
+      columns = of.pixels.x;
+      rows = of.open.y;
+      tall = of.picture.y;
     }
     const auto share = glm::min(window_m / shown_m, 1.0);
+    between = std::max(between, columns * std::max(rows, share.y * tall));
     wanted += share.x * share.y * samples;
     largest = std::max(largest, share.x * share.y * samples);
   }

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
+#include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <optional>
@@ -83,18 +84,16 @@ PlanePart wanted_of(const PictureGrid& grid) {
 
 PlanePart region_of(const PictureGrid& grid) { return part(grid.region_first, grid.region_size); }
 
-/// Lent to be read only.
-cl::ComplexBuffer& samples_of(const PhaseStack& holograms) {
-  return const_cast<PhaseStack&>(holograms).samples;
-}
-
 /// Rows of light in the host's memory.
-struct LentRows {
-  Sample* first;
+template <class Element>
+struct Lent {
+  Element* first;
   std::size_t pitch;
   const float* beam;  // light on them, in rows of the same pitch; null: it is even
   float side;         // -1: their conjugates are meant
 };
+using LentRows = Lent<const Sample>;
+using LentPlane = Lent<Sample>;
 
 const float* floats(const Sample* samples) { return reinterpret_cast<const float*>(samples); }
 
@@ -121,7 +120,7 @@ void spread_row(const LentRows& from, std::size_t row, const std::vector<Sample>
 /// the loop would keep the compiler from vectorising it.
 template <bool adds, bool has_beam>
 void put_back_row(const Sample* change, std::size_t row, const std::vector<Sample>& columns,
-                  Sample row_chirp, const LentRows& to) {
+                  Sample row_chirp, const LentPlane& to) {
   const float* __restrict in = floats(change);
   const float* __restrict chirp = floats(columns.data());
   const float* __restrict light = has_beam ? to.beam + row * to.pitch : nullptr;
@@ -208,10 +207,7 @@ FieldStack PhaseStack::read() const {
 
 struct Light::State {
   State(const cl::Device& its_device, cl::FftBackend its_backend)
-      : device(its_device),
-        backend(its_backend),
-        program(program_of(its_device)),
-        beam(its_device, 1, "light on pixels") {}
+      : device(its_device), backend(its_backend), beam(its_device, 1, "light on pixels") {}
   void take_beam();
   void fit_pupil(const Pupil& pupil);
   PlanePart live_in_pupil() const;
@@ -239,14 +235,16 @@ struct Light::State {
   }
 
   // With FFTs on the host
-  LentRows rows_of(std::span<Sample> hologram, const PhaseStack& holograms, int frame,
-                   const Tables& t, float side) const;
-  LentRows rows_in_pupil(std::span<Sample> pupil, const Tables& t) const;
+  template <class Element>
+  Lent<Element> rows_of(std::span<Element> frame, const PhaseStack& holograms, const Tables& t,
+                        float side) const;
+  template <class Element>
+  Lent<Element> rows_in_pupil(std::span<Element> pupil, const Tables& t, bool is_disc) const;
   void show_on_host(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted);
   void back_on_host(const Tables& t, const Sample* from, const PlanePart& live,
                     const std::function<void(std::size_t, const Sample*)>& open);
   void put_back_on_host(const Tables& t, const Sample* from, const PlanePart& live, double factor,
-                        bool adds, const LentRows& to);
+                        bool adds, const LentPlane& to);
 
   // With FFTs on the device
   void run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inverse);
@@ -280,7 +278,7 @@ struct Light::State {
   Optics optics;
   std::vector<PictureGrid> grids;
   std::vector<Tables> tables;
-  cl::Program program;
+  std::optional<cl::Program> program;  // of kernels, with FFTs on the device
   std::map<std::string, cl::Kernel> kernels;
   cl::Buffer<float> beam;        // in rows as of PhaseStack; one number where the light is even
   std::vector<float> beam_rows;  // the same, with FFTs on the host
@@ -294,6 +292,9 @@ struct Light::State {
   // Packets read beyond the last row's end
   cl::ComplexBuffer in_pupil, added_in_pupil;
   std::optional<Tables> to_pupil;
+  std::vector<float> disc;  // what the pupil lets through of its plane, and on the device
+  cl::Buffer<float> disc_on_device;
+  std::optional<cl::Kernel> disc_spread;
   std::optional<cl::Kernel> plain_spread;  // where the beam is in the light already
   int transforms = 0;
 };
@@ -326,7 +327,10 @@ void Light::State::fit(const Optics& its_optics, std::vector<PictureGrid> its_gr
                                              : chirp({1, 0, grid.open.size[axis]}, 0, 0.5);
     }
     t.columns.resize(count_of(grid.open.size.x));
-    if (!on_host()) fit_device(grid, t);
+    if (on_host())
+      passes.prepare(t.path, wanted_of(grid).y.count);
+    else
+      fit_device(grid, t);
     tables.push_back(std::move(t));
   }
   planes.resize(largest.size());
@@ -409,7 +413,9 @@ void Light::State::fit_pupil(const Pupil& pupil) {
         {n[axis], 0, n[axis]}, pupil.a * pitch_m * pitch_m / (2 * optics.wavelength_m * pupil.b_m),
         to_middle(all[axis]), 1 / std::sqrt(1.0 * all[axis]));
   }
-  if (!on_host()) {
+  if (on_host()) {
+    passes.prepare(t.path, live_in_pupil().y.count);
+  } else {
     fit_transform(all);
     t.column_chirp = table(t.columns);
     t.row_chirp = table(t.rows);
@@ -417,6 +423,22 @@ void Light::State::fit_pupil(const Pupil& pupil) {
   t.columns.resize(count_of(n.x));
   make_room(in_pupil, all, "light in the pupil's plane");
   make_room(added_in_pupil, all, "changes in the pupil's plane");
+  if (std::ranges::none_of(grids, &PictureGrid::is_disc)) return;
+  // Samples that the pupil's edge passes through count by their share of it
+  disc.resize(area_of(all));
+  const auto step_m = optics.wavelength_m * pupil.b_m / (glm::dvec2(all) * optics.pitch_m);
+  for (int row = 0; row < all.y; ++row)
+    for (int column = 0; column < all.x; ++column) {
+      const auto from_m =
+          glm::dvec2(column - (all.x - 1) / 2.0, (all.y - 1) / 2.0 - row) * step_m - pupil.centre_m;
+      const double away_m = glm::length(from_m),
+                   wide_m = glm::length(from_m * step_m) / std::max(away_m, 1e-30);
+      disc[count_of(row) * count_of(all.x) + count_of(column)] = static_cast<float>(
+          std::clamp(0.5 + (pupil.diameter_m / 2 - away_m) / std::max(wide_m, 1e-30), 0.0, 1.0));
+    }
+  if (on_host()) return;
+  disc_on_device = {device, disc, "disc of the pupil"};
+  if (!disc_spread) disc_spread = program_of(device, true).kernel("spread");
 }
 
 /// Around all parts that are open.
@@ -439,30 +461,38 @@ void Light::State::run_fft(cl::ComplexBuffer& plane, glm::ivec2 size, bool inver
 void Light::State::take_beam() {
   if (optics.showing.beam == beam_of) return;
   beam_of = optics.showing.beam;
-  program = program_of(device, beam_of != nullptr);
+  program.reset();
   kernels.clear();
   const auto width = count_of(optics.size.x), stride = count_of(row_pitch(optics.size));
   beam_rows.assign(beam_of ? stride * count_of(optics.size.y) : 1, 0);
   for (std::size_t i = 0; beam_of && i < beam_of->size(); ++i)
     beam_rows[i / width * stride + i % width] = (*beam_of)[i];
+  if (on_host()) return;
   beam = {device, beam_rows, "light on pixels"};
+  beam_rows.clear();
 }
 
 cl::Kernel& Light::State::kernel(const char* name) {
   auto known = kernels.find(name);
-  if (known == kernels.end()) known = kernels.emplace(name, program.kernel(name)).first;
+  if (!program) program = program_of(device, beam_of != nullptr);
+  if (known == kernels.end()) known = kernels.emplace(name, program->kernel(name)).first;
   return known->second;
 }
 
-/// Of a key's open part, which begins at the first.
-LentRows Light::State::rows_of(std::span<Sample> hologram, const PhaseStack& holograms, int frame,
-                               const Tables& t, float side) const {
-  return {hologram.data() + holograms.first(frame, t.open.first), count_of(holograms.pitch()),
-          beam_of ? beam_rows.data() + holograms.first(0, t.open.first) : nullptr, side};
+/// Of a key's open part, which begins at the first; frame: all its rows.
+template <class Element>
+Lent<Element> Light::State::rows_of(std::span<Element> frame, const PhaseStack& holograms,
+                                    const Tables& t, float side) const {
+  const auto first = holograms.first(0, t.open.first);
+  return {frame.data() + first, count_of(holograms.pitch()),
+          beam_of ? beam_rows.data() + first : nullptr, side};
 }
 
-LentRows Light::State::rows_in_pupil(std::span<Sample> pupil, const Tables& t) const {
-  return {pupil.data() + first_in_pupil(t), count_of(optics.pupil_plane.x), nullptr, 1};
+template <class Element>
+Lent<Element> Light::State::rows_in_pupil(std::span<Element> pupil, const Tables& t,
+                                          bool is_disc) const {
+  return {pupil.data() + first_in_pupil(t), count_of(optics.pupil_plane.x),
+          is_disc ? disc.data() + first_in_pupil(t) : nullptr, 1};
 }
 
 void Light::State::show_on_host(const Tables& t, const LentRows& from, Sample* to,
@@ -481,7 +511,7 @@ void Light::State::back_on_host(const Tables& t, const Sample* from, const Plane
 }
 
 void Light::State::put_back_on_host(const Tables& t, const Sample* from, const PlanePart& live,
-                                    double factor, bool adds, const LentRows& to) {
+                                    double factor, bool adds, const LentPlane& to) {
   const auto put = !adds     ? put_back_row<false, false>
                    : to.beam ? put_back_row<true, true>
                              : put_back_row<true, false>;
@@ -493,6 +523,10 @@ void Light::State::put_back_on_host(const Tables& t, const Sample* from, const P
 void Light::State::spread(const PhaseStack& holograms, int frame, std::size_t key,
                           cl::ComplexBuffer& to, glm::ivec2 size) {
   const auto& t = tables[key];
+  if (grids[key].is_disc)
+    return run_rows(device, *disc_spread, size.x, size.y, in_pupil, first_in_pupil(t),
+                    optics.pupil_plane.x, 1.0f, disc_on_device, first_in_pupil(t), t.column_chirp,
+                    t.row_chirp, t.open.size.x, t.open.size.y, to, size.x, size.y);
   if (grids[key].pupil)
     return spread_plane(in_pupil, first_in_pupil(t), optics.pupil_plane.x, t.column_chirp,
                         t.row_chirp, t.open.size, to, size);
@@ -504,7 +538,7 @@ void Light::State::spread_hologram(const PhaseStack& holograms, int frame, const
   run_rows(device, kernel("spread"), size.x, size.y, holograms.samples,
            holograms.first(frame, t.open.first), holograms.pitch(), side, beam,
            holograms.first(0, t.open.first), t.column_chirp, t.row_chirp, t.open.size.x,
-           t.open.size.y, to, size.x, size.x, size.y);
+           t.open.size.y, to, size.x, size.y);
 }
 
 /// Adds `change`, in rows of `pitch` samples, to the holograms, and takes the phases.
@@ -523,7 +557,7 @@ void Light::State::spread_plane(const cl::ComplexBuffer& from, std::uint32_t fir
                                 cl::ComplexBuffer& to, glm::ivec2 size) {
   if (!plain_spread) plain_spread = program_of(device).kernel("spread");
   run_rows(device, *plain_spread, size.x, size.y, from, first, pitch, 1.0f, beam, first,
-           columns_chirp, rows_chirp, open.x, open.y, to, size.x, size.x, size.y);
+           columns_chirp, rows_chirp, open.x, open.y, to, size.x, size.y);
 }
 
 /// From the spectrum to that of finer samples, with the phases that Fresnel's propagation lacks, or
@@ -537,8 +571,7 @@ void Light::State::turn_spectrum(std::size_t key, bool back) {
   run_rows(device, kernel("turn_spectrum"), written.x, written.y, back ? turned : spectrum,
            back ? size.x : n.x, t.spectrum_columns, t.spectrum_rows, n.x, n.y,
            static_cast<float>(t.path.x.sine), static_cast<float>(t.path.y.sine), t.path.turns,
-           t.path.more, std::int32_t{back}, back ? spectrum : turned, back ? n.x : size.x,
-           written.x, written.y);
+           t.path.more, std::int32_t{back}, back ? spectrum : turned, written.x, written.y);
 }
 
 /// The exact propagation; or Fresnel's of a hologram whose spectrum has the phases of the exact
@@ -577,12 +610,13 @@ const cl::ComplexBuffer& Light::State::back(std::size_t key) {
   const auto& grid = grids[key];
   if (on_host()) {
     make_room(spectrum, {back_pitch(key), grid.open.size.y}, "light of the open part");
-    spectrum.on_host_with(plane(key), [&](std::span<Sample> rows, std::span<Sample> picture) {
+    const auto take = [&](std::span<Sample> rows, std::span<Sample> picture) {
       back_on_host(
           tables[key], picture.data(), region_of(grid), [&](std::size_t row, const Sample* from) {
             std::copy_n(from, grid.open.size.x, rows.data() + row * count_of(back_pitch(key)));
           });
-    });
+    };
+    spectrum.on_host_with(plane(key), take, 0, spectrum.size());
     return spectrum;
   }
   if (!is(Propagation::fresnel, key)) {
@@ -616,12 +650,13 @@ void Light::enter_pupil(const PhaseStack& holograms, int frame) {
   if (!s.to_pupil) return;
   s.added_in_pupil.fill_zero();
   const auto& t = *s.to_pupil;
-  if (s.on_host())
-    return samples_of(holograms).on_host_with(
-        s.in_pupil, [&](std::span<Sample> hologram, std::span<Sample> pupil) {
-          s.show_on_host(t, s.rows_of(hologram, holograms, frame, t, 1), pupil.data(),
-                         s.live_in_pupil());
-        });
+  if (s.on_host()) {
+    const auto enter = [&](std::span<const Sample> rows, std::span<Sample> pupil) {
+      s.show_on_host(t, s.rows_of(rows, holograms, t, 1), pupil.data(), s.live_in_pupil());
+    };
+    return holograms.samples.on_host_with(s.in_pupil, enter, holograms.first(frame, {0, 0}),
+                                          holograms.frame_samples());
+  }
   const auto all = s.optics.pupil_plane;
   s.spread_hologram(holograms, frame, t, 1, s.in_pupil, all);
   s.run_fft(s.in_pupil, all, false);
@@ -631,12 +666,14 @@ void Light::leave_pupil(PhaseStack& holograms, int frame, double step) {
   auto& s = *state_;
   if (!s.to_pupil) return;
   const auto& t = *s.to_pupil;
-  if (s.on_host())
-    return holograms.samples.on_host_with(
-        s.added_in_pupil, [&](std::span<Sample> hologram, std::span<Sample> pupil) {
-          s.put_back_on_host(t, pupil.data(), s.live_in_pupil(), step, true,
-                             s.rows_of(hologram, holograms, frame, t, 1));
-        });
+  if (s.on_host()) {
+    const auto leave = [&](std::span<Sample> rows, std::span<Sample> pupil) {
+      s.put_back_on_host(t, pupil.data(), s.live_in_pupil(), step, true,
+                         s.rows_of(rows, holograms, t, 1));
+    };
+    return holograms.samples.on_host_with(s.added_in_pupil, leave, holograms.first(frame, {0, 0}),
+                                          holograms.frame_samples());
+  }
   s.run_fft(s.added_in_pupil, s.optics.pupil_plane, true);
   s.step_phases(holograms, frame, t, 1, s.added_in_pupil, s.optics.pupil_plane.x, step);
 }
@@ -646,13 +683,16 @@ void Light::show(const PhaseStack& holograms, int frame, std::size_t key) {
   const auto& grid = s.grids[key];
   const auto& t = s.tables[key];
   if (s.on_host()) {
-    auto& from = grid.pupil ? s.in_pupil : samples_of(holograms);
-    return from.on_host_with(s.plane(key), [&](std::span<Sample> light, std::span<Sample> picture) {
-      s.show_on_host(
-          t,
-          grid.pupil ? s.rows_in_pupil(light, t) : s.rows_of(light, holograms, frame, t, grid.side),
-          picture.data(), wanted_of(grid));
-    });
+    const auto show = [&](std::span<const Sample> light, std::span<Sample> picture) {
+      s.show_on_host(t,
+                     grid.pupil ? s.rows_in_pupil(light, t, grid.is_disc)
+                                : s.rows_of(light, holograms, t, grid.side),
+                     picture.data(), wanted_of(grid));
+    };
+    if (grid.pupil)
+      return std::as_const(s.in_pupil).on_host_with(s.plane(key), show, 0, s.in_pupil.size());
+    return holograms.samples.on_host_with(s.plane(key), show, holograms.first(frame, {0, 0}),
+                                          holograms.frame_samples());
   }
   if (!s.is(Propagation::fresnel, key)) return s.show_by_spectrum(holograms, frame, key);
   s.spread(holograms, frame, key, s.plane(key), grid.size);
@@ -665,13 +705,16 @@ void Light::step(PhaseStack& holograms, int frame, std::size_t key, double step)
   const auto& grid = s.grids[key];
   const double factor = std::pow(unitary(key), 2);
   if (s.on_host()) {
-    auto& to = grid.pupil ? s.added_in_pupil : holograms.samples;
-    return to.on_host_with(s.plane(key), [&](std::span<Sample> light, std::span<Sample> picture) {
+    const auto put_back = [&](std::span<Sample> light, std::span<Sample> picture) {
       s.put_back_on_host(t, picture.data(), region_of(grid), grid.pupil ? factor : step * factor,
                          !grid.pupil,
-                         grid.pupil ? s.rows_in_pupil(light, t)
-                                    : s.rows_of(light, holograms, frame, t, grid.side));
-    });
+                         grid.pupil ? s.rows_in_pupil(light, t, false)
+                                    : s.rows_of(light, holograms, t, grid.side));
+    };
+    if (grid.pupil)
+      return s.added_in_pupil.on_host_with(s.plane(key), put_back, 0, s.added_in_pupil.size());
+    return holograms.samples.on_host_with(s.plane(key), put_back, holograms.first(frame, {0, 0}),
+                                          holograms.frame_samples());
   }
   const int pitch = s.optics.pupil_plane.x;
   const auto& change = s.back(key);

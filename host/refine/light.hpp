@@ -1,6 +1,6 @@
 // SPDX-License-Identifier: Apache-2.0
 /// From a phase hologram to the light of a picture, and back: the operators A of the keys and their
-/// adjoints A*. All data stays on the device.
+/// adjoints A*. All data stays on the device, which lends it to FFTs on the host.
 #pragma once
 
 #include <memory>
@@ -41,6 +41,7 @@ public:
   std::uint32_t first(int frame, glm::ivec2 pixel) const {
     return static_cast<std::uint32_t>((frame * size_.y + pixel.y) * pitch_ + pixel.x);
   }
+  std::size_t frame_samples() const { return first(1, {0, 0}); }
   cl::ComplexBuffer samples;
 
 private:

@@ -103,8 +103,13 @@ LightPasses::Ffts::Ffts(LightPasses& passes, const LightLine& line) {
   picture = fft(line.picture);
 }
 
-/// Makes room, also for rows of so many columns between the passes.
-void LightPasses::fit(const LightPath& path, std::size_t columns, std::size_t rows) {
+void LightPasses::prepare(const LightPath& path, std::size_t rows) {
+  const Ffts x(*this, path.x), y(*this, path.y);
+  fit(path, rows);
+}
+
+/// Makes room, also for the open part's rows between the passes, or so many of the picture's.
+void LightPasses::fit(const LightPath& path, std::size_t rows) {
   const auto line = std::max(longest(path.x), longest(path.y)) + tile_width;  // whole tiles
   pitch_ = pitch_of_lines(longest(path.y));
   const char* what = "lines of a plane";
@@ -120,13 +125,14 @@ void LightPasses::fit(const LightPath& path, std::size_t columns, std::size_t ro
       s.column = tile_width * pitch_;
     }
   }
-  rows_ = rows;
-  samples_ = (columns + tile_width - 1) / tile_width * rows * tile_width;
-  if (samples_ <= capacity_) return;
+  rows_ = std::max(path.y.open, rows);
+  widest_ = std::max(path.x.between(), path.x.picture);
+  const auto samples = (path.x.between() + tile_width - 1) / tile_width * rows_ * tile_width;
+  if (samples <= capacity_) return;
   capacity_ = 0;
   between_.reset();
-  between_ = make_lines(samples_, "rows between the passes of a propagation");
-  capacity_ = samples_;
+  between_ = make_lines(samples, "rows between the passes of a propagation");
+  capacity_ = samples;
 }
 
 // memcpy of a constant size is no call.
@@ -146,7 +152,7 @@ void LightPasses::scatter(const Sample* line, std::size_t row, std::size_t sampl
 /// Threads that wait for each other between the passes need not be woken for each.
 void LightPasses::run(const std::array<Pass, 3>& passes) {
   constexpr std::size_t small_plane = std::size_t{128} * 128;  // samples that one does as quickly
-  const auto threads = std::clamp<std::size_t>(samples_ / small_plane, 1, scratch_.size());
+  const auto threads = std::clamp<std::size_t>(widest_ * rows_ / small_plane, 1, scratch_.size());
   std::array<std::atomic<std::size_t>, 3> next{};
   std::barrier all(static_cast<std::ptrdiff_t>(threads));
   cl::Threads::shared().run(threads, [&](std::size_t thread) {
@@ -155,7 +161,7 @@ void LightPasses::run(const std::array<Pass, 3>& passes) {
       for (std::size_t first; (first = next[k].fetch_add(pass.grain)) < pass.count;)
         for (std::size_t i = first; i < std::min(first + pass.grain, pass.count); ++i)
           pass.work(scratch_[thread], i);
-      all.arrive_and_wait();
+      if (k + 1 < passes.size()) all.arrive_and_wait();
     }
   });
 }
@@ -185,8 +191,8 @@ void LightPasses::show(const LightPath& path, const std::function<void(std::size
                        Sample* picture, const PlanePart& wanted) {
   const Ffts x(*this, path.x), y(*this, path.y);
   const bool by_spectrum = path.x.spectrum > 0;
-  const auto columns = by_spectrum ? path.x.spectrum : path.x.open;
-  fit(path, columns, std::max(path.y.open, wanted.y.count));
+  const auto columns = path.x.between();
+  fit(path, wanted.y.count);
   const auto open_row = [&](Scratch& s, std::size_t row) {
     open(row, s.finer.get());
     if (!by_spectrum) return scatter(s.finer.get(), row, columns);
@@ -233,8 +239,8 @@ void LightPasses::back(const LightPath& path, const Sample* picture, const Plane
                        const std::function<void(std::size_t, const Sample*)>& open) {
   const Ffts x(*this, path.x), y(*this, path.y);
   const bool by_spectrum = path.x.spectrum > 0;
-  const auto columns = by_spectrum ? path.x.spectrum : path.x.open;
-  fit(path, columns, std::max(path.y.open, live.y.count));
+  const auto columns = path.x.between();
+  fit(path, live.y.count);
   // To a line of the spectrum, or of the open part, and what follows it
   const auto from_picture = [&](const LightLine& line, const Ffts& ffts, Scratch& s,
                                 const Sample* from, Sample* to) {

@@ -20,6 +20,7 @@ struct LightLine {
   // Where it is propagated over its spectrum first: samples of that, and of the transform of finer
   // samples; 0: it is not
   std::size_t spectrum = 0, finer = 0;
+  std::size_t between() const { return spectrum > 0 ? spectrum : open; }  // samples of a row
   double sine = 0;                          // from a sample of the spectrum to the next
   std::vector<std::complex<float>> phases;  // of the spectrum, beside those of kernels/refine
   // Of the finer samples that are lit, before the last transform; none: these are the picture's
@@ -41,6 +42,12 @@ public:
   using Sample = std::complex<float>;
 
   LightPasses();
+
+  /// Plans the transforms of a path, and takes memory for so many rows of its picture: otherwise
+  /// the first `show` does.
+  ///
+  /// throws  DeviceError when memory is out
+  void prepare(const LightPath& path, std::size_t rows);
 
   /// The picture's light.
   ///
@@ -68,7 +75,7 @@ private:
     Ffts(LightPasses& passes, const LightLine& line);
     const LineFft *spectrum, *finer, *picture;
   };
-  void fit(const LightPath& path, std::size_t columns, std::size_t rows);
+  void fit(const LightPath& path, std::size_t rows);
   Sample* tile(std::size_t number) const { return between_.get() + number * rows_ * tile_width; }
   void gather(std::size_t row, std::size_t samples, Sample* line) const;
   void scatter(const Sample* line, std::size_t row, std::size_t samples) const;
@@ -88,7 +95,7 @@ private:
   std::vector<Scratch> scratch_;
   // Rows between the passes, in tiles: 16 samples of each row next to each other
   Lines between_;
-  std::size_t samples_ = 0, capacity_ = 0, rows_ = 0, pitch_ = 0;
+  std::size_t widest_ = 0, capacity_ = 0, rows_ = 0, pitch_ = 0;
 };
 
 }  // namespace raywave::refinement

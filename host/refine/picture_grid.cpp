@@ -273,6 +273,7 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
   grid.z_m = key.pupil ? key.z_m : std::abs(key.z_m);
   grid.side = key.z_m < 0 && !key.pupil ? -1 : 1;
   grid.pupil = key.pupil;
+  grid.is_disc = key.is_disc;
   // Light bent by the eyepiece shows the picture larger, and elsewhere
   const double larger = key.pupil ? 1 + key.pupil->a * key.z_m / key.pupil->b_m : 1;
   grid.distance_m = key.pupil ? key.pupil->b_m * larger : grid.z_m;

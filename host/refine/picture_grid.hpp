@@ -56,6 +56,7 @@ struct Key {
   std::shared_ptr<const SampleLight> samples{};
   glm::dvec2 sample_window_m{0, 0};
   std::optional<Pupil> pupil{};  // KeyPlace::pupil
+  bool is_disc = false;          // the pupil's own, in the part; refinement takes all of a part
 
   glm::dvec2 window_m() const {
     return samples ? sample_window_m : glm::dvec2(picture.width, picture.height) * pixel_m;
@@ -77,6 +78,7 @@ struct PictureGrid {
   float side = 1;    // -1: before the hologram, where its conjugate's light is as beyond it
   OpenPart open;     // of the hologram, or of the pupil's plane
   std::optional<Pupil> pupil{};
+  bool is_disc = false;
   double distance_m = 0.1;    // light of the open part is as steep as its width over this
   SpectrumPlanes spectrum{};  // where it is propagated over one
   int slot = 0;               // the key's number in its round: its plane in memory

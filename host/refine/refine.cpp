@@ -67,7 +67,7 @@ Propagation propagation_of(const refinement::Optics& optics, const RefineKey& ke
 
 /// Refuses what the device has no memory for, before any is taken.
 void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_plane, int frames,
-                    const std::vector<PictureGrid>& grids, bool knows_panel) {
+                    const std::vector<PictureGrid>& grids, bool knows_panel, bool has_host_fft) {
   const std::string advice = "fewer frames, views or depths, or a smaller hologram, need less";
   std::vector<cl::MemoryNeed> needs;
   std::vector<std::uint64_t> planes, wides;  // by slot
@@ -78,7 +78,7 @@ void require_memory(const cl::Device& device, glm::ivec2 size, glm::ivec2 pupil_
     wides.resize(planes.size());
     planes[slot] = std::max(planes[slot], area_of(grid.size));
     wides[slot] = std::max(wides[slot], area_of(grid.wide_size()));
-    if (grid.propagation != Propagation::fresnel)
+    if (!has_host_fft && grid.propagation != Propagation::fresnel)
       spectra = std::max(spectra, area_of(grid.spectrum.pixels) + area_of(grid.spectrum.finer));
     needs.push_back({"wanted picture", area_of(grid.region_size) * 4, advice});
     if (frames > 1)
@@ -385,9 +385,13 @@ private:
 }  // namespace
 
 struct Refiner::State {
-  State(const cl::Device& its_device, cl::FftBackend backend)
-      : device(its_device), holograms(its_device), loop(its_device, backend) {}
+  State(const cl::Device& its_device, cl::FftBackend its_backend)
+      : device(its_device),
+        backend(its_backend),
+        holograms(its_device),
+        loop(its_device, its_backend) {}
   cl::Device device;
+  cl::FftBackend backend;
   PhaseStack holograms;
   Loop loop;
   std::optional<refinement::PanelLight> panel;  // RefineSpec::panel's
@@ -447,8 +451,8 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
       grids[key].slot = static_cast<int>(key - round.first);
   }
   const int frames = holograms.frames();
-  require_memory(device, holograms.size(), optics.pupil_plane, frames, grids,
-                 spec.panel != nullptr);
+  require_memory(device, holograms.size(), optics.pupil_plane, frames, grids, spec.panel != nullptr,
+                 state_->backend == cl::FftBackend::host);
   if (!spec.panel)
     panel.reset();
   else if (!panel || panel->panel() != spec.panel)

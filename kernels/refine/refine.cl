@@ -60,7 +60,7 @@ __kernel void take_phases(const __global float2* restrict field, int nx, int ny,
   }
 }
 
-// plane: hologram * chirp in the aperture, zero elsewhere in its first `columns` x `rows` samples.
+// plane: hologram * chirp in the aperture, zero elsewhere.
 //
 // side            -1: of the hologram's conjugate, for pictures before it; 1
 // first           sample of `hologram` where the aperture begins; beam_first: of `beam`
@@ -69,9 +69,9 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
                      float side, const __global float* restrict beam, uint beam_first,
                      const __global float2* restrict column_chirp,
                      const __global float2* restrict row_chirp, int aperture_nx, int aperture_ny,
-                     __global float2* restrict plane, int nx, int columns, int rows) {
+                     __global float2* restrict plane, int nx, int ny) {
   const int row = (int)get_global_id(1);
-  if (row >= rows) return;
+  if (row >= ny) return;
   const float2 chirp = row < aperture_ny ? row_chirp[row] : (float2)(0.0f, 0.0f);
   const __global float2* source =
       hologram + (size_t)first + (size_t)hologram_pitch * (size_t)(row < aperture_ny ? row : 0);
@@ -81,7 +81,7 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
                   : 0);
   __global float2* target = plane + (size_t)nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
-  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < nx; i += step) {
     floatv re = 0.0f, im = 0.0f;
     if (row < aperture_ny && i < aperture_nx) {
       floatv a, b, c, s;
@@ -97,30 +97,28 @@ __kernel void spread(const __global float2* restrict hologram, uint first, int h
       re = u * chirp.x - v * chirp.y;
       im = u * chirp.y + v * chirp.x;
     }
-    store_some_complex(re, im, target + i, columns - i);
+    store_some_complex(re, im, target + i, nx - i);
   }
 }
 
 // target: the spectrum `source` times its phases (spectrum.h) and those of columns and rows; zero
-// behind its nx x ny samples, in the first `columns` x `rows` of the target. With `back`, times the
-// conjugates. Frequencies begin with the lowest.
+// behind its nx x ny samples. With `back`, times the conjugates. Frequencies begin with the lowest.
 //
 // sine_x,y  from a sample to the next
 __kernel void turn_spectrum(const __global float2* restrict source, int source_nx,
                             const __global float2* restrict column_phases,
                             const __global float2* restrict row_phases, int nx, int ny,
                             float sine_x, float sine_y, float turns, float more, int back,
-                            __global float2* restrict target, int target_nx, int columns,
-                            int rows) {
+                            __global float2* restrict target, int target_nx, int target_ny) {
   const int row = (int)get_global_id(1);
-  if (row >= rows) return;
+  if (row >= target_ny) return;
   const int inside = row < ny;
   const float2 phase = inside ? row_phases[row] : (float2)(0.0f, 0.0f);
   const float across = sine_y * (float)(row - ny / 2), side = back ? -1.0f : 1.0f;
   const __global float2* from = source + (size_t)source_nx * (size_t)(inside ? row : 0);
   __global float2* to = target + (size_t)target_nx * (size_t)row;
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
-  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < target_nx; i += step) {
     floatv re = 0.0f, im = 0.0f;
     if (inside && i < nx) {
       const floatv along = sine_x * LANES_TO_FLOAT(i - nx / 2 + LANES_INDEX),
@@ -136,7 +134,7 @@ __kernel void turn_spectrum(const __global float2* restrict source, int source_n
       re = a * c - b * s;
       im = a * s + b * c;
     }
-    store_some_complex(re, im, to + i, columns - i);
+    store_some_complex(re, im, to + i, target_nx - i);
   }
 }
 
