@@ -93,9 +93,9 @@ public:
   /// objects that have been moved keep their sizes by their widths.
   Scene scene() const;
 
-  /// What the hologram of the scene in these poses shows: by the propagation of refined pictures,
-  /// exact but for what blurs them (docs/refine.md#propagation), or of reconstruct through a
-  /// pupil, and blurred as the viewer sees it.
+  /// What the hologram of the scene in these poses shows, behind an eyepiece through the viewer's
+  /// pupil: by the propagation of refined pictures, exact but for what blurs them
+  /// (docs/refine.md#propagation), and blurred as the viewer sees it.
   ///
   /// throws  InputError where an object, a light, the focus or plans cannot be so; all stays as it
   ///         was
