@@ -46,7 +46,7 @@ def test_pictures_are_those_of_raywave_view_to_the_bit(program, tmp_path, lasers
     ((x, y, z), rotation), = live.poses
     turned = {0: ((x + 0.1e-3, y, z), rw._core.turned(rotation, (0, 30, -5)))}
     seen = {"focus": 0.101, "view": (-0.4, 0.2), "aperture": 0.5}
-    lit = {"pupil": 0.4e-3, "lights": {0: {"direction": (0.5, 0, -1)}}}
+    lit = {"aperture": 1.0, "pupil": 0.4e-3, "lights": {0: {"direction": (0.5, 0, -1)}}}
     more = {"levels": True, "lens": True, "stops": 1.5, "preset": "draft", "refined": True}
     report = json.loads((tmp_path / "report.json").read_text())
     for number, look in enumerate(({}, {"poses": turned}, {"poses": turned, **seen},
