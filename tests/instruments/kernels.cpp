@@ -213,8 +213,10 @@ void propagate(const cl::Device& device) {
 }
 
 /// Refines a hologram of a few pixels towards a whole and a half picture, by both propagations, and
-/// Whether kernels around FFTs on the device are launched.
-bool transforms(const cl::DeviceInfo& info) { return cl::serves(cl::FftBackend::vkfft, info); }
+/// Whether kernels around FFTs on the device are launched: oclgrind takes minutes for VkFFT's.
+bool transforms(const cl::DeviceInfo& info) {
+  return cl::serves(cl::FftBackend::vkfft, info) && !under_oclgrind(info);
+}
 
 /// towards pictures made of samples.
 void refine_all(const cl::Device& device, const Folder& folder) {
