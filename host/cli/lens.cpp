@@ -124,7 +124,7 @@ void run_preview(const LensArguments& options) {
   const auto z_m = depths_m.empty() ? std::nullopt : std::optional(depths_m[0]);
   const auto what = preview_spec(positions_now(world), plans[0], z_m, options.depths.window_m(),
                                  options.view.view(), scenes[0].viewer);
-  // A kernel takes as long to load as the trees. LLVM leaves a signal stack where it starts: here
+  // A kernel takes as long to load as the trees; by this thread, as LLVM leaves a signal stack
   auto placing =
       std::async(std::launch::async, [&] { return DeviceScene(device, world, plans[0], false); });
   load_lens(device, plans[0]);

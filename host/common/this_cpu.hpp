@@ -2,7 +2,15 @@
 /// Loops that are compiled for several CPUs: the binary is not built for the one that it runs on.
 #pragma once
 
+#include <complex>
+
 namespace raywave {
+
+/// Real and imaginary parts in turn, as such loops take them.
+inline const float* floats(const std::complex<float>* samples) {
+  return reinterpret_cast<const float*>(samples);
+}
+inline float* floats(std::complex<float>* samples) { return reinterpret_cast<float*>(samples); }
 
 #if defined(__x86_64__)
 template <class Loop>

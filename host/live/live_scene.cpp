@@ -313,12 +313,13 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
                             .blur_m = blur_m,
                             .padding = std::min(refine_padding / part, 8.0)};
   if (key.pupil) {
-    // Room for the light that the pupil's edge spreads, as reconstruct has it
-    constexpr double widths = 16;
+    // Room for light that the pupil's edge spreads, as reconstruct has it; then no blur, for which
+    // fewer samples would do
+    constexpr double widths = 4;
     optics.blur_m = std::max(
         blur_m, widths * hologram.wavelength_m * std::abs(key.pupil->b_m) / key.pupil->diameter_m);
     optics.pupil_plane = refinement::pupil_plane_size(optics, {&key, 1});
-    optics.blur_m = std::min(hologram.pitch_m.x, hologram.pitch_m.y);
+    optics.blur_m = 0;
   }
   const auto propagation = key.pupil
                                ? KeyPropagation::fresnel

@@ -13,17 +13,13 @@
 #include <cmath>
 #include <type_traits>
 
+#include "host/common/kernel_lane.hpp"
 #include "host/common/plane_fft.hpp"
 #include "host/common/this_cpu.hpp"
 #include "host/common/threads.hpp"
 #include "host/propagate/propagator_engine.hpp"
 
-// kernels/propagate/transfer.h as C++: one lane, vectorised by the compiler.
 namespace raywave::kernel {
-using std::copysign, std::fabs, std::fma, std::sqrt;
-using uint = std::uint32_t;
-inline float fmin(float a, float b) { return a < b ? a : b; }
-inline float fmax(float a, float b) { return a > b ? a : b; }
 #include "kernels/propagate/transfer.h"
 }  // namespace raywave::kernel
 

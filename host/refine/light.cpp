@@ -4,7 +4,6 @@
 #include <algorithm>
 #include <cmath>
 #include <glm/common.hpp>
-#include <glm/geometric.hpp>
 #include <limits>
 #include <map>
 #include <optional>
@@ -17,6 +16,7 @@
 #include "host/geometry/kernel_options.hpp"
 #include "host/plan/message_text.hpp"
 #include "host/refine/light_passes.hpp"
+#include "host/view/pupil.hpp"
 
 namespace raywave::refinement {
 namespace {
@@ -95,15 +95,13 @@ struct Lent {
 using LentRows = Lent<const Sample>;
 using LentPlane = Lent<Sample>;
 
-const float* floats(const Sample* samples) { return reinterpret_cast<const float*>(samples); }
-
 /// As `spread` in kernels/refine, one row.
 void spread_row(const LentRows& from, std::size_t row, const std::vector<Sample>& columns,
                 Sample row_chirp, Sample* to) {
   const float* __restrict in = floats(from.first + row * from.pitch);
   const float* __restrict chirp = floats(columns.data());
   const float* light = from.beam ? from.beam + row * from.pitch : nullptr;
-  float* __restrict out = reinterpret_cast<float*>(to);
+  float* __restrict out = floats(to);
   const float side = from.side, p = row_chirp.real(), q = row_chirp.imag();
   for_this_cpu([ =, count = columns.size() ]() __attribute__((always_inline)) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -124,7 +122,7 @@ void put_back_row(const Sample* change, std::size_t row, const std::vector<Sampl
   const float* __restrict in = floats(change);
   const float* __restrict chirp = floats(columns.data());
   const float* __restrict light = has_beam ? to.beam + row * to.pitch : nullptr;
-  float* __restrict out = reinterpret_cast<float*>(to.first + row * to.pitch);
+  float* __restrict out = floats(to.first + row * to.pitch);
   const float side = to.side, p = row_chirp.real(), q = row_chirp.imag();
   for_this_cpu([ =, count = columns.size() ]() __attribute__((always_inline)) {
     for (std::size_t i = 0; i < count; ++i) {
@@ -424,18 +422,13 @@ void Light::State::fit_pupil(const Pupil& pupil) {
   make_room(in_pupil, all, "light in the pupil's plane");
   make_room(added_in_pupil, all, "changes in the pupil's plane");
   if (std::ranges::none_of(grids, &PictureGrid::is_disc)) return;
-  // Samples that the pupil's edge passes through count by their share of it
   disc.resize(area_of(all));
   const auto step_m = optics.wavelength_m * pupil.b_m / (glm::dvec2(all) * optics.pitch_m);
-  for (int row = 0; row < all.y; ++row)
-    for (int column = 0; column < all.x; ++column) {
-      const auto from_m =
-          glm::dvec2(column - (all.x - 1) / 2.0, (all.y - 1) / 2.0 - row) * step_m - pupil.centre_m;
-      const double away_m = glm::length(from_m),
-                   wide_m = glm::length(from_m * step_m) / std::max(away_m, 1e-30);
-      disc[count_of(row) * count_of(all.x) + count_of(column)] = static_cast<float>(
-          std::clamp(0.5 + (pupil.diameter_m / 2 - away_m) / std::max(wide_m, 1e-30), 0.0, 1.0));
-    }
+  for (const auto& grid : grids)
+    for (int y = grid.open.first.y; grid.is_disc && y < grid.open.first.y + grid.open.size.y; ++y)
+      for (int x = grid.open.first.x; x < grid.open.first.x + grid.open.size.x; ++x)
+        disc[count_of(y) * count_of(all.x) + count_of(x)] = static_cast<float>(open_share(
+            pupil, glm::dvec2(x - (all.x - 1) / 2.0, (all.y - 1) / 2.0 - y) * step_m, step_m));
   if (on_host()) return;
   disc_on_device = {device, disc, "disc of the pupil"};
   if (!disc_spread) disc_spread = program_of(device, true).kernel("spread");

@@ -8,15 +8,11 @@
 #include <cstdint>
 #include <cstring>
 
+#include "host/common/kernel_lane.hpp"
 #include "host/common/this_cpu.hpp"
 #include "host/common/threads.hpp"
 
-// kernels/refine/spectrum.h as C++: one lane, vectorised by the compiler.
 namespace raywave::kernel {
-using std::copysign, std::fabs, std::sqrt;
-using uint = unsigned;
-inline float fmin(float a, float b) { return a < b ? a : b; }
-inline float fmax(float a, float b) { return a > b ? a : b; }
 #include "kernels/refine/spectrum.h"
 }  // namespace raywave::kernel
 
@@ -26,9 +22,6 @@ namespace {
 using Sample = std::complex<float>;
 
 constexpr std::size_t rows_together = 8;  // that a thread takes at a time
-
-const float* floats(const Sample* samples) { return reinterpret_cast<const float*>(samples); }
-float* floats(Sample* samples) { return reinterpret_cast<float*>(samples); }
 
 /// to = from * factors, or times their conjugates.
 void multiply(const Sample* from, const std::vector<Sample>& factors, bool conjugate, Sample* to) {

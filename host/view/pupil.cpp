@@ -129,16 +129,6 @@ struct PupilFilter::Work {
     fine.inverse(plane.get(), all(), all());
   }
 
-  /// Share of a sample of the pupil's plane that the pupil covers; its edge is straight there.
-  double open(double x_m, double y_m) const {
-    const glm::dvec2 from(x_m - pupil.centre_m.x, y_m - pupil.centre_m.y);
-    const double away_m = std::hypot(from.x, from.y);
-    if (away_m == 0) return 1;
-    const double wide_m =
-        std::hypot(from.x / away_m * x.place_pitch_m, from.y / away_m * y.place_pitch_m);
-    return std::clamp(0.5 + (pupil.diameter_m / 2 - away_m) / wide_m, 0.0, 1.0);
-  }
-
   void stop() {
     // Rows count downwards; light of a negative b crosses the axis
     const double side = pupil.b_m > 0 ? 1 : -1, scale = 1.0 / x.all() / y.all();
@@ -146,7 +136,8 @@ struct PupilFilter::Work {
       const double y_m = -side * PupilAxis::signed_index(j, y.all()) * y.place_pitch_m;
       for (int i = 0; i < x.all(); ++i) {
         const double x_m = side * PupilAxis::signed_index(i, x.all()) * x.place_pitch_m;
-        at(i, j) *= static_cast<float>(scale * open(x_m, y_m));
+        at(i, j) *= static_cast<float>(
+            scale * open_share(pupil, {x_m, y_m}, {x.place_pitch_m, y.place_pitch_m}));
       }
     }
   }
@@ -197,6 +188,14 @@ Samples PupilFilter::operator()(const Samples& field) {
   for (int j = 0; j < y.size(); ++j)
     for (int i = 0; i < x.size(); ++i) passed.push_back(work.at(place(x, i), place(y, j)));
   return passed;
+}
+
+double open_share(const Pupil& pupil, glm::dvec2 at_m, glm::dvec2 step_m) {
+  const auto from_m = at_m - pupil.centre_m;
+  const double away_m = std::hypot(from_m.x, from_m.y);
+  if (away_m == 0) return 1;
+  const double wide_m = std::hypot(from_m.x / away_m * step_m.x, from_m.y / away_m * step_m.y);
+  return std::clamp(0.5 + (pupil.diameter_m / 2 - away_m) / wide_m, 0.0, 1.0);
 }
 
 std::vector<std::optional<Pupil>> pupils_asked(const std::vector<std::string>& given,

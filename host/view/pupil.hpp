@@ -36,6 +36,12 @@ private:
   std::unique_ptr<Work> work_;
 };
 
+/// Share of a sample of the pupil's plane that the pupil covers; its edge counts as straight there.
+///
+/// at_m    the sample's place, right of the axis and above it
+/// step_m  from a sample to the next; of any sign
+double open_share(const Pupil& pupil, glm::dvec2 at_m, glm::dvec2 step_m);
+
 /// What to look through, one after another; {empty}: the whole hologram. Where nothing is given,
 /// the viewer's pupils behind an eyepiece, unless a part of the hologram is looked through.
 ///
