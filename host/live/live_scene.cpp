@@ -144,7 +144,7 @@ LiveScene::LiveScene(const cl::Device& device, cl::FftBackend fft, World world,
       planning_(std::move(planning)),
       world_(std::move(world)),
       levels_(device),
-      light_(device, fft) {
+      light_(refinement::Light::make(device, fft)) {
   const auto scenes = planning_.scenes_for({}, world_);
   lasers_ = scenes.size();
   renderer_.emplace(device_, scenes, world_, options_of(fft));
@@ -325,19 +325,19 @@ Image LiveScene::picture_of(std::size_t number, const Viewing& viewing) {
                                ? KeyPropagation::fresnel
                                : key_propagation(optics.size, optics.pitch_m, optics.wavelength_m,
                                                  blur_m, key.z_m, window_m_);
-  light_.fit(optics, {refinement::picture_grid(optics, key, propagation)});
+  light_->fit(optics, {refinement::picture_grid(optics, key, propagation)});
   // Intensity over that on the hologram, mean of the frames, as reconstruct has it
-  const auto& of = light_.grid(0);
+  const auto& of = light_->grid(0);
   const auto areas = optics.pitch_m / of.pixel_m;
   const auto unit =
-      static_cast<float>(std::pow(light_.unitary(0), 2) * areas.x * areas.y / field_.frames);
+      static_cast<float>(std::pow(light_->unitary(0), 2) * areas.x * areas.y / field_.frames);
   const Grid grid{of.size, of.pixel_m, of.middle_m};
   Image picture{size_px_.x, size_px_.y,
                 std::vector<float>(static_cast<std::size_t>(size_px_.x) * size_px_.y)};
   for (int frame = 0; frame < field_.frames; ++frame) {
-    light_.enter_pupil(levels_, frame);
-    light_.show(levels_, frame, 0);
-    light_.plane(0).on_host([&](std::span<const std::complex<float>> plane) {
+    light_->enter_pupil(levels_, frame);
+    light_->show(levels_, frame, 0);
+    light_->plane(0).on_host([&](std::span<const std::complex<float>> plane) {
       add_mean(grid, window_m_, picture, [&](int row, int from, int to, float* sums) {
         const auto* samples = plane.data() + std::ptrdiff_t{row} * grid.size.x;
         for (int i = from; i < to; ++i) {

@@ -7,6 +7,7 @@
 #include <glm/vec2.hpp>
 #include <glm/vec3.hpp>
 #include <map>
+#include <memory>
 #include <optional>
 #include <string>
 #include <vector>
@@ -126,7 +127,7 @@ private:
   std::optional<std::vector<std::string>> notes_;
   FieldStack field_;  // that levels show, the last
   refinement::PhaseStack levels_;
-  refinement::Light light_;
+  std::unique_ptr<refinement::Light> light_;
   glm::ivec2 size_px_{1, 1};
   glm::dvec2 window_m_{1, 1};
   double middle_m_ = 0.1;

@@ -4,6 +4,7 @@
 #include <cmath>
 
 #include "host/geometry/kernel_options.hpp"
+#include "host/propagate/propagation.hpp"
 
 namespace raywave::refinement {
 namespace {

@@ -6,7 +6,7 @@
 #include <memory>
 
 #include "host/encode/encode.hpp"
-#include "host/refine/light.hpp"
+#include "host/refine/phase_stack.hpp"
 
 namespace raywave::refinement {
 

@@ -19,8 +19,6 @@ namespace {
 
 constexpr int packet = PictureGrid::packet;
 
-int whole_packets(int n) { return (n + packet - 1) / packet * packet; }
-
 /// Blur in distances of dots at which none is seen: 0.8 % of their contrast is left.
 constexpr double blur_of_dots = 0.5;
 

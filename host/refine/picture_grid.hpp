@@ -107,6 +107,11 @@ struct PictureGrid {
   static constexpr int packet = 16;  // samples: whole vectors on every device
 };
 
+inline std::size_t count_of(int n) { return static_cast<std::size_t>(n); }
+inline int whole_packets(int n) {
+  return (n + PictureGrid::packet - 1) / PictureGrid::packet * PictureGrid::packet;
+}
+
 /// Samples of the pupil's plane: the hologram's Fourier transform, wide enough that light of no
 /// part wraps around in the keys' pictures. 0 where no key has a pupil.
 glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys);

@@ -4,6 +4,7 @@
 #include <algorithm>
 #include <chrono>
 #include <cmath>
+#include <memory>
 #include <numeric>
 #include <random>
 #include <vector>
@@ -13,6 +14,7 @@
 #include "host/common/text.hpp"
 #include "host/common/threads.hpp"
 #include "host/geometry/kernel_options.hpp"
+#include "host/propagate/propagation.hpp"
 #include "host/refine/light.hpp"
 #include "host/refine/panel_light.hpp"
 #include "host/refine/sample_picture.hpp"
@@ -186,7 +188,7 @@ class Loop {
 public:
   Loop(const cl::Device& device, cl::FftBackend backend)
       : device_(device),
-        light_(device, backend),
+        light_(Light::make(device, backend)),
         program_(device, "kernels/refine/refine.cl",
                  {{option::lanes, std::to_string(device.info().float_lanes)}}),
         intensity_(program_.kernel("intensity")),
@@ -198,7 +200,7 @@ public:
   /// Takes other keys. Memory that suffices is kept.
   void fit(const refinement::Optics& optics, std::span<const RefineKey> keys,
            const std::vector<PictureGrid>& grids, bool feeds_back) {
-    light_.fit(optics, grids);
+    light_->fit(optics, grids);
     scale_ = 1;
     // Intensities are in this unit, so that they are near 1.
     unit_ = keys.front().samples ? 1 : grids.front().distance_m * grids.front().distance_m;
@@ -261,21 +263,21 @@ public:
   }
 
   void look(const PhaseStack& holograms, int frame, const Round& round) {
-    light_.enter_pupil(holograms, frame);
+    light_->enter_pupil(holograms, frame);
     for (auto key = round.first; key < round.end; ++key) look(holograms, frame, key);
   }
   void correct(PhaseStack& holograms, int frame, const Round& round, int number, double step) {
     for (auto key = round.first; key < round.end; ++key)
       correct(holograms, frame, key, number, step);
-    light_.leave_pupil(holograms, frame, step);
+    light_->leave_pupil(holograms, frame, step);
   }
 
   /// The key's intensity, blurred along x.
   void look(const PhaseStack& holograms, int frame, std::size_t key) {
-    const auto& grid = light_.grid(key);
-    light_.show(holograms, frame, key);
+    const auto& grid = light_->grid(key);
+    light_->show(holograms, frame, key);
     const auto wide = grid.wide_size();
-    run_rows(device_, intensity_, wide.x, wide.y, light_.plane(key), grid.size.x, grid.size.y,
+    run_rows(device_, intensity_, wide.x, wide.y, light_->plane(key), grid.size.x, grid.size.y,
              wide_, grid.region_first.x, grid.region_first.y, grid.region_size.x,
              grid.region_size.y, grid.margin_x(), grid.radius_y(),
              static_cast<float>(grid.unit / unit_));
@@ -287,7 +289,7 @@ public:
   void keep_brightness(const Round& round, int number, double brightness) {
     double sum = 0, light = 0;
     for (auto key = round.first; key < round.end; ++key) {
-      const auto& grid = light_.grid(key);
+      const auto& grid = light_->grid(key);
       const auto& picture = pictures_[key];
       add_picture(grid, picture, shown_, false);
       sum += known_light(grid, shown_, picture.target);
@@ -296,38 +298,38 @@ public:
     }
     if (!(light > 0))
       throw InputError("refinement: the samples bring no light to the picture at " +
-                       length_text(light_.grid(round.first).z_m));
+                       length_text(light_->grid(round.first).z_m));
     if (!(sum > 0))
       throw InputError("refinement: no light of the hologram reaches the picture at " +
-                       length_text(light_.grid(round.first).z_m));
+                       length_text(light_->grid(round.first).z_m));
     scale_ = number * light / sum / brightness;
   }
 
   /// Moves the phases towards the key that was looked at.
   void correct(PhaseStack& holograms, int frame, std::size_t key, int number, double step) {
-    const auto& grid = light_.grid(key);
+    const auto& grid = light_->grid(key);
     const auto& picture = pictures_[key];
-    const auto part = light_.read_back(key);
+    const auto part = light_->read_back(key);
     const bool has_former = number > 1;
-    run_rows(device_, correct_, part.size.x, blocks_of(part.size.y), light_.plane(key), grid.size.x,
-             blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
+    run_rows(device_, correct_, part.size.x, blocks_of(part.size.y), light_->plane(key),
+             grid.size.x, blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
              has_former ? picture.former : picture.target, static_cast<std::int32_t>(has_former),
              static_cast<float>(number / scale_), grid.region_first.x, grid.region_first.y,
              grid.region_size.x, grid.region_size.y, grid.radius_y(), part.first.x, part.size.x,
              part.first.y, part.size.y);
-    light_.step(holograms, frame, key, step);
+    light_->step(holograms, frame, key, step);
   }
 
   /// Adds a finished frame to what the next ones build on.
   void add_frame(const PhaseStack& holograms, int frame) {
-    light_.enter_pupil(holograms, frame);
+    light_->enter_pupil(holograms, frame);
     for (std::size_t key = 0; key < pictures_.size(); ++key) {
       look(holograms, frame, key);
-      add_picture(light_.grid(key), pictures_[key], pictures_[key].former, true);
+      add_picture(light_->grid(key), pictures_[key], pictures_[key].former, true);
     }
   }
 
-  const Light& light() const { return light_; }
+  const Light& light() const { return *light_; }
   /// RefineResult::brightness
   double brightness() const { return unit_ / scale_; }
 
@@ -373,7 +375,7 @@ private:
   }
 
   cl::Device device_;
-  Light light_;
+  std::unique_ptr<Light> light_;
   cl::Program program_;
   cl::Kernel intensity_, blur_rows_, correct_, add_picture_, sum_known_;
   std::vector<Picture> pictures_;

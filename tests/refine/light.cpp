@@ -103,13 +103,13 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
       std::vector<PictureGrid> grids;
       for (const auto& key : s.keys)
         grids.push_back(picture_grid(s.optics, key, Propagation::fresnel));
-      Light light(device, backend);
-      light.fit(s.optics, grids);
+      const auto light = Light::make(device, backend);
+      light->fit(s.optics, grids);
       for (std::size_t key = 0; key < s.keys.size(); ++key) {
-        const auto& grid = light.grid(key);
+        const auto& grid = light->grid(key);
         const auto h = masked(field, 1, grid.open);
-        light.show(holograms, 1, key);
-        const auto plane = light.plane(key).read();
+        light->show(holograms, 1, key);
+        const auto plane = light->plane(key).read();
         double worst = 0;
         for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
           for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
@@ -249,10 +249,10 @@ DEVICE_TEST(
       PhaseStack holograms(device);
       holograms.take(field);
       for (const auto backend : backends_for_spectra(device)) {
-        Light light(device, backend);
-        light.fit(optics, {grid});
-        light.show(holograms, 0, 0);
-        const auto plane = light.plane(0).read();
+        const auto light = Light::make(device, backend);
+        light->fit(optics, {grid});
+        light->show(holograms, 0, 0);
+        const auto plane = light->plane(0).read();
         double error = 0, all = 0;
         for (std::size_t i = 0; i < seen.size(); ++i) {
           const double got = std::norm(Complex(plane[seen[i]]));
@@ -285,13 +285,13 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
       for (const auto backend : propagation == Propagation::fresnel
                                     ? std::vector{usual_backend(device)}
                                     : backends_for_spectra(device)) {
-        Light light(device, backend);
-        light.fit(s.optics, grids);
+        const auto light = Light::make(device, backend);
+        light->fit(s.optics, grids);
         for (std::size_t key = 0; key < s.keys.size(); ++key) {
-          const auto& grid = light.grid(key);
-          const double unitary = light.unitary(key);
-          light.show(holograms, 0, key);
-          auto plane = light.plane(key).read();
+          const auto& grid = light->grid(key);
+          const double unitary = light->unitary(key);
+          light->show(holograms, 0, key);
+          auto plane = light->plane(key).read();
           // y is zero outside the region
           Complex left = 0;
           double energy_y = 0;
@@ -305,10 +305,10 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
               energy_y += std::norm(Complex(y[at]));
             }
           }
-          light.plane(key).write(y);
-          const auto back = light.back(key).read();
-          const auto pitch = light.back_pitch(key);
-          const auto columns = light.column_chirp(key), rows = light.row_chirp(key);
+          light->plane(key).write(y);
+          const auto back = light->back(key).read();
+          const auto pitch = light->back_pitch(key);
+          const auto columns = light->column_chirp(key), rows = light->row_chirp(key);
           const auto open = grid.open;
           Complex right = 0;
           for (int row = 0; row < open.size.y; ++row) {
@@ -403,12 +403,12 @@ DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before t
            is_first ? backends_for_spectra(device) : std::vector{usual_backend(device)}) {
         auto optics = s.optics;
         PhaseStack holograms(device);
-        Light light(device, backend);
-        enter(light, holograms, field, keys, optics);
+        const auto light = Light::make(device, backend);
+        enter(*light, holograms, field, keys, optics);
         for (std::size_t key = 0; key < keys.size(); ++key) {
-          const auto& grid = light.grid(key);
-          light.show(holograms, 0, key);
-          const auto plane = light.plane(key).read();
+          const auto& grid = light->grid(key);
+          light->show(holograms, 0, key);
+          const auto plane = light->plane(key).read();
           double worst = 0;
           for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7)
             for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5)
@@ -485,11 +485,11 @@ DEVICE_TEST("a disc of a pupil's plane shows the direct sum over what it lets th
   key.aperture = key.pupil->diameter_m / eyebox_m;
   for (const auto backend : backends_for_spectra(device)) {
     PhaseStack holograms(device);
-    Light light(device, backend);
-    enter(light, holograms, field, {key}, optics);
-    const auto& grid = light.grid(0);
-    light.show(holograms, 0, 0);
-    const auto plane = light.plane(0).read();
+    const auto light = Light::make(device, backend);
+    enter(*light, holograms, field, {key}, optics);
+    const auto& grid = light->grid(0);
+    light->show(holograms, 0, 0);
+    const auto plane = light->plane(0).read();
     double worst = 0;
     for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 15)
       for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 13)
@@ -514,17 +514,17 @@ DEVICE_TEST("parts that tile the pupil's plane send a picture back as it was: A*
       }
       const auto field = random_phases(optics.size, 1, 6);
       PhaseStack holograms(device);
-      Light light(device, backend);
-      enter(light, holograms, field, keys, optics);
+      const auto light = Light::make(device, backend);
+      enter(*light, holograms, field, keys, optics);
       for (std::size_t key = 0; key < keys.size(); ++key) {
-        light.show(holograms, 0, key);
-        auto plane = light.plane(key).read();
+        light->show(holograms, 0, key);
+        auto plane = light->plane(key).read();
         for (auto& sample : plane) sample *= std::complex<float>(0, 1);
-        light.plane(key).write(plane);
-        light.step(holograms, 0, key, 1);
+        light->plane(key).write(plane);
+        light->step(holograms, 0, key, 1);
       }
       // h + i h
-      light.leave_pupil(holograms, 0, 1);
+      light->leave_pupil(holograms, 0, 1);
       const auto turned = holograms.read();
       double worst = 0;
       for (std::size_t i = 0; i < field.samples.size(); ++i)
