@@ -8,6 +8,7 @@
 #include "host/evaluate/selftest/selfcheck.hpp"
 #include "host/geometry/kernel_options.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/propagate/propagation.hpp"
 #include "host/refine/panel_light.hpp"
 #include "host/render.hpp"
 #include "host/view/lens.hpp"
@@ -284,6 +285,13 @@ void launch_around_ffts(const cl::Device& device) {
     launch("put_back", spectrum, first, nx, columns, rows, open_nx, open_ny, turned, nx, 0.5f);
     launch("step_phase", hologram, first, pitch, -1.0f, beam, first, columns, rows, open_nx,
            open_ny, turned, nx, 0.5f);
+    const glm::ivec2 bin(4, 2), first_bin(-1, 1), bins(16, ny / 2);
+    cl::Buffer<float> of_bins(device, area_of(bins), "bins");
+    launch("bin_intensity", turned, nx, ny, of_bins, first_bin.x, first_bin.y, bins.x, bins.y,
+           bin.x, bin.y);
+    for (const float sum : of_bins.read()) CHECK(std::isfinite(sum));
+    launch("change_plane", turned, nx, ny, of_bins, first_bin.x, first_bin.y, bins.x, bins.y, bin.x,
+           bin.y);
     for (const auto& light : {&hologram, &spectrum, &turned}) CHECK(all_finite(light->read()));
   }
 }

@@ -88,6 +88,16 @@ std::vector<double> intensity_of(const Optics& optics, const PictureGrid& grid, 
   return result;
 }
 
+/// Of a bin, as far as the plane goes.
+double sum_of_bin(const PictureGrid& grid, int column, int row, const std::vector<double>& plane) {
+  double sum = 0;
+  for (int y = row * grid.bin.y; y < (row + 1) * grid.bin.y; ++y)
+    for (int x = column * grid.bin.x; x < (column + 1) * grid.bin.x; ++x)
+      if (x >= 0 && x < grid.size.x && y >= 0 && y < grid.size.y)
+        sum += plane[static_cast<std::size_t>(y) * grid.size.x + x];
+  return sum;
+}
+
 /// Blurred by the grid's weights, in the region.
 std::vector<double> blurred(const PictureGrid& grid, const auto& value_at) {
   std::vector<double> result;
@@ -141,9 +151,7 @@ TEST_CASE("a picture made of samples is the sum of the intensities of their wave
     }
     const auto wide = grid.wide_size();
     const auto expected = blurred(grid, [&](int x, int y) {
-      const int at_x = x + grid.region_first.x, at_y = y + grid.region_first.y;
-      const bool inside = at_x >= 0 && at_x < grid.size.x && at_y >= 0 && at_y < grid.size.y;
-      return inside ? intensity[static_cast<std::size_t>(at_y) * grid.size.x + at_x] : 0.0;
+      return sum_of_bin(grid, x + grid.region_first.x, y + grid.region_first.y, intensity);
     });
     const auto found = blurred(grid, [&](int x, int y) {
       return static_cast<double>(
