@@ -64,6 +64,7 @@ Json json_of(const Prediction& prediction) {
   else if (p)
     j["pictures"] = {{"psnr_db", p->psnr_db},
                      {"mean_psnr_db", p->mean_psnr_db},
+                     {"likely_above_db", p->sure_db()},
                      {"window_m", json_of(p->window)},
                      {"refined", p->refined},
                      {"shares_of_error",

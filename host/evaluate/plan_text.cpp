@@ -316,10 +316,10 @@ void add_pictures(const Plan& plan, const Prediction& prediction, Rows& out) {
     out << "pictures  dark: a coarse look from the hologram's middle meets no light\n";
   else
     out << format(
-        "pictures  PSNR %.1f dB predicted in %s at %s%s (of the field %.1f): encoding %.0f %%, "
-        "speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, dots %.0f %%, "
-        "padding %.0f %% of the error\n",
-        pictures->mean_psnr_db, pictures->window.text().c_str(),
+        "pictures  PSNR %.1f dB predicted, likely above %.1f, in %s at %s%s (of the field %.1f): "
+        "encoding %.0f %%, speckle %.0f %%, cells and edges %.0f %%, light missing %.0f %%, "
+        "dots %.0f %%, padding %.0f %% of the error\n",
+        pictures->mean_psnr_db, pictures->sure_db(), pictures->window.text().c_str(),
         mm(prediction.resolution_m).c_str(), pictures->refined ? ", refined" : "",
         pictures->field_psnr_db, 100 * pictures->encoding, 100 * pictures->speckle,
         100 * pictures->edges, 100 * pictures->missing, 100 * pictures->dots,

@@ -207,8 +207,13 @@ PicturePrediction predict_pictures(const PictureModel& model, const LatticePatte
   prediction.window = model.window;
   prediction.refined = all.is_refined;
   prediction.through_pupil = model.pupil_reach > 0;
-  // Pictures made by rays hold what samples miss
-  prediction.left_out = all.is_whole ? 0 : model.has_detail ? 2e-4 : prediction.refined ? 0 : 1e-4;
+  // Pictures made by rays hold what samples miss. The light of a highlight narrower than a cell
+  // shines from the cell's middle: by up to half a pitch aside, which counts as its square
+  const double coarse = std::max(1.0, pattern.pitch_m / model.resolution_m);
+  prediction.left_out = all.is_whole         ? 0
+                        : model.has_detail   ? 2e-4 * coarse * coarse
+                        : prediction.refined ? 0
+                                             : 1e-4;
   prediction.dark = std::ranges::all_of(
       model.rows, [](const auto& row) { return row.light == 0 && row.missing == 0; });
   for (std::size_t i = 0; i < model.rows.size(); ++i) add_row(all, i, prediction);

@@ -195,7 +195,7 @@ void LightOnDevice::spread_plane(const cl::ComplexBuffer& from, std::uint32_t fi
            first, columns_chirp, rows_chirp, open.x, open.y, to, size.x, size.y);
 }
 
-/// From the spectrum_ to that of finer samples, with the phases that Fresnel's propagation lacks, or
+/// From the spectrum to that of finer samples, with the phases that Fresnel's propagation lacks, or
 /// to that of the picture, with all of them; or back.
 void LightOnDevice::turn_spectrum(std::size_t key, bool back) {
   const auto& grid = grids_[key];

@@ -327,6 +327,28 @@ TEST_CASE("a PSNR that no encoding reaches is reached by refinement, at its pric
   CHECK(warns(p, "nothing reaches"));
 }
 
+TEST_CASE(
+    "refinement that knows crosstalk is dearer by what pixels and neighbours take each time") {
+  const auto butterflies = [](const char* crosstalk, const char* iterations, const char* frames) {
+    return planned(data_scene("teapot.toml", {"hologram.resolution=[240, 136]",
+                                              std::string("slm.crosstalk=") + crosstalk,
+                                              std::string("refine.iterations=") + iterations,
+                                              std::string("sampling.frames=") + frames}))
+        .prediction.work.refine_butterflies;
+  };
+  const auto dearer = [&](const char* crosstalk, const char* iterations, const char* frames) {
+    return butterflies(crosstalk, iterations, frames) - butterflies("0", iterations, frames);
+  };
+  const double narrow = dearer("1.87 um", "4", "1");  // 5 x 5 weights
+  CHECK(narrow > 240 * 136 * 4);
+  CHECK(dearer("1.87 um", "8", "1") == Catch::Approx(2 * narrow));
+  // Between frames, what the panel shows of one is added to the picture
+  CHECK(dearer("1.87 um", "4", "3") == Catch::Approx(14 / 4.0 * narrow));
+  const double wide = dearer("3.74 um", "4", "1"), wider = dearer("7.48 um", "4", "1");
+  CHECK(wider - wide == Catch::Approx((17 * 17 - 9 * 9) / (9 * 9 - 5 * 5.0) * (wide - narrow)));
+  CHECK(wide > narrow);
+}
+
 TEST_CASE("refinement of what WRPs cannot bring is refused, and chosen by no goal") {
   auto scene =
       data_scene("teapot.toml", {"hologram.resolution=[1280, 800]", "hologram.pitch=8 um",
@@ -377,6 +399,19 @@ TEST_CASE("a budget leaves out views where whole pictures gain more than 3 dB by
     CHECK(p.scene.refine->views.value_or(24) == (budget_s < 50 ? 0 : 24));
     CHECK(p.prediction.times.total_s() <= budget_s * 1.02);
   }
+}
+
+TEST_CASE(
+    "less is likely of highlights, by its square, where a lattice is coarser than the viewer "
+    "sees") {
+  const auto left_out = [](const char* pitch) {
+    return planned(data_scene("teapot.toml",
+                              {"viewer.resolution=100 um", std::string("sampling.pitch=") + pitch}))
+        .prediction.pictures.value()
+        .left_out;
+  };
+  CHECK(left_out("60 um") == left_out("100 um"));
+  CHECK(left_out("200 um") == Catch::Approx(4 * left_out("100 um")));
 }
 
 TEST_CASE("38 dB are not promised of samples that miss detail: rays to a lens are taken") {
