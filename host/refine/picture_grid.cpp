@@ -22,16 +22,6 @@ constexpr int packet = PictureGrid::packet;
 /// Blur in distances of dots at which none is seen: 0.8 % of their contrast is left.
 constexpr double blur_of_dots = 0.5;
 
-/// Bins are so narrow that the blur spreads each over its neighbours: what they change of light is
-/// as smooth.
-int bin_of(double blur_px) {
-  constexpr int most = 8;  // rows that a thread takes at a time: light_passes.cpp
-  constexpr double least_blur = 2;
-  int bin = 1;
-  while (bin < most && blur_px >= 2 * bin * least_blur) bin *= 2;
-  return bin;
-}
-
 /// Of a blur, in bins, less what their own width adds to it.
 std::vector<float> blur_weights(double sigma_px, int bin, int most = 1 << 20) {
   const double own = (bin * bin - 1) / 12.0,
@@ -336,7 +326,7 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     grid.pixel_m = grid.spectrum.pixel_m;
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const int bin = bin_of(optics.blur_m / grid.pixel_m[axis]), size = grid.size[axis];
+    const int bin = compared_bin(optics.blur_m / grid.pixel_m[axis]), size = grid.size[axis];
     const double axis_px =
         (axis == 0 ? -1 : 1) * grid.middle_m[axis] / grid.pixel_m[axis] + size / 2.0;
     const auto [first, count] = bins_in(window_m[axis] / grid.pixel_m[axis] / bin,
