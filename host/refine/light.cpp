@@ -8,6 +8,7 @@
 #include "host/view/pupil.hpp"
 
 namespace raywave::refinement {
+
 std::unique_ptr<Light> Light::make(const cl::Device& device, cl::FftBackend backend) {
   return backend == cl::FftBackend::host ? make_light_on_host(device)
                                          : make_light_on_device(device, backend);
@@ -54,8 +55,7 @@ Light::Tables Light::tables_of(std::size_t key) const {
   Tables t{grid.open, {}, {}, {}};
   const auto waves = static_cast<float>(grid.z_m / optics_.wavelength_m);
   t.path = {line_of(grid, 0), line_of(grid, 1)};
-  (is(Propagation::exact, key) ? t.path.turns : t.path.more) =
-      is(Propagation::exact, key) ? waves : waves / 2;
+  is(Propagation::exact, key) ? t.path.turns = waves : t.path.more = waves / 2;
   for (int axis = 0; axis < 2; ++axis)
     // A spectrum begins with the lowest frequency
     (axis == 0 ? t.columns : t.rows) = is(Propagation::fresnel, key)

@@ -282,8 +282,9 @@ public:
   }
 
   /// Sets the scale of the brightness, by a round that was looked at: what the frames so far and
-  /// this one have there is what is wanted. Once per frame.
-  void keep_brightness(const Round& round, int number, double brightness) {
+  /// this one have there is what is wanted. False where no light is wanted: objects may be beyond
+  /// the window of all parts, which then gets dark whatever the scale.
+  bool keep_brightness(const Round& round, int number, double brightness) {
     double sum = 0, light = 0;
     for (auto key = round.first; key < round.end; ++key) {
       const auto& grid = light_->grid(key);
@@ -293,13 +294,12 @@ public:
       if (number > 1) sum += known_light(grid, picture.former, picture.target);
       light += picture.light;
     }
-    if (!(light > 0))
-      throw InputError("refinement: the samples bring no light to the picture at " +
-                       length_text(light_->grid(round.first).z_m));
+    if (!(light > 0)) return false;
     if (!(sum > 0))
       throw InputError("refinement: no light of the hologram reaches the picture at " +
                        length_text(light_->grid(round.first).z_m));
     scale_ = number * light / sum / brightness;
+    return true;
   }
 
   /// Moves the phases towards the key that was looked at.
@@ -499,10 +499,11 @@ RefineResult Refiner::run(std::span<const RefineKey> keys, const RefineSpec& spe
                           ? "frame " + std::to_string(frame + 1) + " of " + std::to_string(frames)
                           : std::string("refine");
     draw.begin_frame(iterations);
+    bool has_scale = false;
     for (int t = 0; t < iterations; ++t) {
       const auto& round = rounds[t == 0 && !spec.in_order ? bright_round : draw.next()];
       look(frame, round);
-      if (t == 0) loop.keep_brightness(round, frame + 1, spec.brightness);
+      if (!has_scale) has_scale = loop.keep_brightness(round, frame + 1, spec.brightness);
       correct(frame, round, spec.first_step + (spec.last_step - spec.first_step) * t / iterations);
       report(name, (frame + (t + 1.0) / iterations) / frames);
     }

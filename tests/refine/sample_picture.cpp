@@ -13,6 +13,8 @@
 #include "host/plan/key_places.hpp"
 #include "host/plan/lattice.hpp"
 #include "host/planning/make_plan.hpp"
+#include "host/refine/light.hpp"
+#include "host/refine/refine.hpp"
 #include "host/refine/scene_keys.hpp"
 #include "host/render.hpp"
 #include "tests/support/devices.hpp"
@@ -164,6 +166,38 @@ TEST_CASE("a picture made of samples is the sum of the intensities of their wave
     for (std::size_t i = 0; i < found.size(); ++i) sum += found[i], all += expected[i];
     CHECK(sum == Catch::Approx(all).epsilon(0.02));
   }
+}
+
+DEVICE_TEST("a window that no sample shines into gets dark, without an error") {
+  const Optics optics{{192, 160}, {8 * um, 8 * um}, 638e-9, 60 * um, 1};
+  refinement::Key key{20 * mm};
+  key.samples = light_at({{0.7 * mm, 0, 20 * mm}}, glm::dvec2(optics.size) * optics.pitch_m / 2.0,
+                         [](auto...) { return true; });
+  key.sample_window_m = {0.5 * mm, 0.5 * mm};
+  const auto grid = picture_grid(optics, key, refinement::Propagation::fresnel);
+  const auto in_window = [&](const FieldStack& field) {
+    refinement::PhaseStack holograms(device);
+    holograms.take(field);
+    const auto light = refinement::Light::make(device, cl::FftBackend::host);
+    light->fit(optics, {grid});
+    cl::Buffer<float> bins(device, area_of(grid.wide_size()), "bins");
+    light->show(holograms, 0, 0, &bins);
+    const auto sums = bins.read();
+    double sum = 0;
+    for (int y = 0; y < grid.known_size.y; ++y)
+      for (int x = 0; x < grid.known_size.x; ++x)
+        sum += double{sums[static_cast<std::size_t>(y + grid.radius_y()) * grid.wide_size().x + x +
+                           grid.margin_x()]};
+    return sum;
+  };
+  const auto start = random_phases(optics.size, 1, 3);
+  RefineSpec spec{.pitch_m = optics.pitch_m,
+                  .wavelength_m = optics.wavelength_m,
+                  .blur_m = optics.blur_m,
+                  .iterations = 6};
+  spec.padding = 1;
+  const auto refined = refine(device, cl::FftBackend::host, start, {&key, 1}, spec);
+  CHECK(in_window(refined.field) < 0.1 * in_window(start));
 }
 
 DEVICE_TEST(
