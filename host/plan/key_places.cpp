@@ -433,7 +433,7 @@ SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place
 int compared_bin(double blur_px) {
   constexpr int most = 8;  // rows that a thread takes at a time: host/refine/light_passes.hpp
   int bin = 1;
-  while (bin < most && blur_px >= 4 * bin) bin *= 2;
+  while (bin < most && blur_px >= 8 * bin) bin *= 2;
   return bin;
 }
 

@@ -159,7 +159,8 @@ SpectrumPlanes exact_planes(glm::ivec2 size, glm::dvec2 pitch_m, double waveleng
 SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place, glm::ivec2 size,
                                glm::dvec2 pitch_m, double wavelength_m, glm::dvec2 window_m);
 
-/// Pixels along an axis that are compared as one: so few that the blur, in pixels, is two of them.
+/// Pixels along an axis that are compared as one: so few that the blur is four of them. At two, 28
+/// iterations took 0.8 of the time, and levels lost 0.8 dB.
 int compared_bin(double blur_px);
 
 /// Cost of a look at such a picture: its transforms, and the blur of its pixels in the window.

@@ -199,7 +199,7 @@ DEVICE_TEST("three iterations of two frames are those of the plain loop in doubl
     spec.propagation = refinement::Propagation::fresnel;
     PlainLoop plain(spec, size, key);
     CAPTURE(blur_m, plain.bin().x, plain.bin().y);
-    CHECK((plain.bin() == glm::ivec2(1)) == (blur_m < 10 * um));
+    CHECK((plain.bin() == glm::ivec2(1)) == (blur_m < 20 * um));
     Plane expected;
     for (int frame = 0; frame < 2; ++frame) {
       const auto first = start.samples.begin() + std::ptrdiff_t{frame} * size.x * size.y;
