@@ -158,27 +158,20 @@ public:
     lend_with<const T>(other, f, CL_MAP_READ, first, count);
   }
 
-  /// Lends all elements to an `f` that does not touch them before on_host has lent it another
-  /// buffer, which waits for both.
-  template <class F>
-  void on_host_early(F&& f) const {
-    lend<T>(f, CL_MAP_READ | CL_MAP_WRITE, 0, size_, /*waits=*/false);
-  }
-
 private:
   template <class Element>
-  void lend(auto&& f, cl_map_flags flags, std::size_t first, std::size_t count,
-            bool waits = true) const {
-    give_back(static_cast<T*>(map(count * sizeof(T), flags, first * sizeof(T), waits)),
+  void lend(auto&& f, cl_map_flags flags, std::size_t first, std::size_t count) const {
+    give_back(static_cast<T*>(map(count * sizeof(T), flags, first * sizeof(T))),
               [&](T* data) { f(std::span<Element>(data, count)); });
   }
   template <class Element>
   void lend_with(Buffer& other, auto&& f, cl_map_flags flags, std::size_t first,
                  std::size_t count) const {
-    const auto with_other = [&](std::span<Element> data) {
-      other.on_host([&](std::span<T> others) { f(data, others); });
-    };
-    lend<Element>(with_other, flags, first, count, /*waits=*/false);
+    give_back(
+        static_cast<T*>(map(count * sizeof(T), flags, first * sizeof(T), /*waits=*/false)),
+        [&](T* data) {
+          other.on_host([&](std::span<T> others) { f(std::span<Element>(data, count), others); });
+        });
   }
   void give_back(T* data, auto&& after) const {
     try {

@@ -430,13 +430,6 @@ SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place
   return corrected_planes(size, first, edge(1) - first, pitch_m, wavelength_m, place.z_m, window_m);
 }
 
-int compared_bin(double blur_px) {
-  constexpr int most = 8;  // rows that a thread takes at a time: host/refine/light_passes.hpp
-  int bin = 1;
-  while (bin < most && blur_px >= 8 * bin) bin *= 2;
-  return bin;
-}
-
 double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, double blur_m) {
   constexpr double of_sample = 18, of_pixel = 8, of_blurs = 6;
   double sum = 0;
@@ -446,9 +439,7 @@ double butterflies_of_look(const SpectrumPlanes& planes, glm::dvec2 window_m, do
   }
   const auto window = glm::min(window_m / planes.pixel_m, glm::dvec2(planes.picture)),
              blurs = blur_m / planes.pixel_m;
-  const glm::dvec2 bin(compared_bin(blurs.x), compared_bin(blurs.y)), of_bin = blurs / bin;
-  return sum +
-         window.x * window.y * (of_pixel + of_blurs * (of_bin.x + of_bin.y) / (bin.x * bin.y));
+  return sum + window.x * window.y * (of_pixel + of_blurs * (blurs.x + blurs.y));
 }
 
 KeyPropagation key_propagation(glm::ivec2 size, glm::dvec2 pitch_m, double wavelength_m,

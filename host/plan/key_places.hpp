@@ -159,10 +159,6 @@ SpectrumPlanes exact_planes(glm::ivec2 size, glm::dvec2 pitch_m, double waveleng
 SpectrumPlanes spectrum_planes(KeyPropagation propagation, const KeyPlace& place, glm::ivec2 size,
                                glm::dvec2 pitch_m, double wavelength_m, glm::dvec2 window_m);
 
-/// Pixels along an axis that are compared as one: so few that the blur is four of them. At two, 28
-/// iterations took 0.8 of the time, and levels lost 0.8 dB.
-int compared_bin(double blur_px);
-
 /// Cost of a look at such a picture: its transforms, and the blur of its pixels in the window.
 /// Within 1.7 of the time of 17 propagations from three holograms, 6 to 105 mm away, with FFTs on
 /// the host; of two ways to one picture, the cheaper one was the faster in all seven pairs.

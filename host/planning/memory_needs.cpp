@@ -52,7 +52,6 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
     const auto& h = plan.hologram;
     auto shown_m = h.wavelength_m * std::abs(place.z_m) / h.pitch_m;
     double samples = place.aperture.x * place.aperture.y * planes;
-    auto pixel_m = shown_m / (place.aperture * glm::dvec2(h.size) * std::sqrt(planes / pixels));
     // Between the passes: rows of the open part, or of the picture
     double columns = place.aperture.x * h.size.x, rows = place.aperture.y * h.size.y,
            tall = rows * std::sqrt(planes / pixels);
@@ -63,8 +62,7 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
     if (propagation != KeyPropagation::fresnel) {
       const auto of =
           spectrum_planes(propagation, place, h.size, h.pitch_m, h.wavelength_m, window_m);
-      pixel_m = of.pixel_m;
-      shown_m = glm::dvec2(of.picture) * pixel_m;
+      shown_m = glm::dvec2(of.picture) * of.pixel_m;
       samples = static_cast<double>(area_of(of.picture));
       by_spectrum = std::max(by_spectrum, samples);
       if (!has_host_fft)
@@ -76,11 +74,8 @@ void add_pictures(const Plan& plan, const std::string& advice, bool has_host_fft
     }
     const auto share = glm::min(window_m / shown_m, 1.0);
     between = std::max(between, columns * std::max(rows, share.y * tall));
-    const auto blur_px = plan.refine->blur_m.value() / pixel_m;
-    const double bins =
-        share.x * share.y * samples / (compared_bin(blur_px.x) * compared_bin(blur_px.y));
-    wanted += bins;
-    largest = std::max(largest, bins);
+    wanted += share.x * share.y * samples;
+    largest = std::max(largest, share.x * share.y * samples);
   }
   const auto bytes = [](double each, double count) {
     return static_cast<std::uint64_t>(each * grown * count);

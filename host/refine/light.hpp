@@ -39,21 +39,19 @@ public:
   cl::ComplexBuffer& plane(std::size_t key) {
     return planes_[static_cast<std::size_t>(grids_[key].slot)];
   }
+  /// Samples of the plane that `back` reads: they have to be zero outside the region. With FFTs on
+  /// the host that is the region alone.
+  virtual OpenPart read_back(std::size_t key) const = 0;
+
   /// Carries the hologram to the pupil's plane, where keys have a pupil: before they are shown.
   void enter_pupil(const PhaseStack& holograms, int frame);
   /// plane = A hologram, times the beam where the light on the SLM is not even; the hologram's
   /// conjugate, which shows the mirror image through z = 0, for pictures before it.
-  ///
-  /// intensity  not null: of bins, the sums of |plane|^2: rows of grid.wide_size()
-  virtual void show(const PhaseStack& holograms, int frame, std::size_t key,
-                    cl::Buffer<float>* intensity = nullptr) = 0;
+  virtual void show(const PhaseStack& holograms, int frame, std::size_t key) = 0;
   /// hologram = phase of (hologram [times the beam] + step A* plane), A being unitary but for the
   /// parts that aperture and region cut off. Of keys with a pupil, A* plane waits in the pupil's
-  /// plane until leave_pupil. The plane is zero outside the region.
-  ///
-  /// change  not null: of bins, rows of grid.region_size, by which the plane is multiplied first
-  virtual void step(PhaseStack& holograms, int frame, std::size_t key, double step,
-                    const cl::Buffer<float>* change = nullptr) = 0;
+  /// plane until leave_pupil.
+  virtual void step(PhaseStack& holograms, int frame, std::size_t key, double step) = 0;
   void leave_pupil(PhaseStack& holograms, int frame, double step);
 
   /// The part of `step` that makes A* plane but for the chirp: rows of `back_pitch` samples. For

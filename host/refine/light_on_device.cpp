@@ -21,10 +21,9 @@ public:
   LightOnDevice(const cl::Device& device, cl::FftBackend backend)
       : Light(device), backend_(backend), beam_on_device_(device, 1, "light on pixels") {}
 
-  void show(const PhaseStack& holograms, int frame, std::size_t key,
-            cl::Buffer<float>* intensity) override;
-  void step(PhaseStack& holograms, int frame, std::size_t key, double step,
-            const cl::Buffer<float>* change) override;
+  OpenPart read_back(std::size_t key) const override { return {{0, 0}, grid(key).size}; }
+  void show(const PhaseStack& holograms, int frame, std::size_t key) override;
+  void step(PhaseStack& holograms, int frame, std::size_t key, double step) override;
   const cl::ComplexBuffer& back(std::size_t key) override;
 
 private:
@@ -251,32 +250,18 @@ const cl::ComplexBuffer& LightOnDevice::back(std::size_t key) {
   return plane(key);
 }
 
-void LightOnDevice::show(const PhaseStack& holograms, int frame, std::size_t key,
-                         cl::Buffer<float>* intensity) {
-  const auto& grid = grids_[key];
-  if (is(Propagation::fresnel, key)) {
-    spread(holograms, frame, key, plane(key), grid.size);
-    run_fft(plane(key), grid.size, true);
-  } else {
-    show_by_spectrum(holograms, frame, key);
-  }
-  if (!intensity) return;
-  const auto wide = grid.wide_size(),
-             first = grid.region_first - glm::ivec2(grid.margin_x(), grid.radius_y());
-  run_rows(device_, kernel("bin_intensity"), wide.x, wide.y, plane(key), grid.size.x, grid.size.y,
-           *intensity, first.x, first.y, wide.x, wide.y, grid.bin.x, grid.bin.y);
+void LightOnDevice::show(const PhaseStack& holograms, int frame, std::size_t key) {
+  const auto size = grids_[key].size;
+  if (!is(Propagation::fresnel, key)) return show_by_spectrum(holograms, frame, key);
+  spread(holograms, frame, key, plane(key), size);
+  run_fft(plane(key), size, true);
 }
 
-void LightOnDevice::step(PhaseStack& holograms, int frame, std::size_t key, double step,
-                         const cl::Buffer<float>* of_bins) {
+void LightOnDevice::step(PhaseStack& holograms, int frame, std::size_t key, double step) {
   const auto& t = tables_[key];
   const auto& d = on_device_[key];
   const auto& grid = grids_[key];
   const double factor = std::pow(unitary(key), 2);
-  if (of_bins)
-    run_rows(device_, kernel("change_plane"), grid.size.x, grid.size.y, plane(key), grid.size.x,
-             grid.size.y, *of_bins, grid.region_first.x, grid.region_first.y, grid.region_size.x,
-             grid.region_size.y, grid.bin.x, grid.bin.y);
   const auto& change = back(key);
   if (grid.pupil)
     return run_rows(device_, kernel("put_back"), t.open.size.x, t.open.size.y, added_in_pupil_,

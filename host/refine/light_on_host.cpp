@@ -12,86 +12,23 @@ namespace {
 
 using Sample = std::complex<float>;
 
-PlanePart part(const OpenPart& open) {
-  return {{count_of(open.first.x), count_of(open.size.x)},
-          {count_of(open.first.y), count_of(open.size.y)}};
+PlanePart part(glm::ivec2 first, glm::ivec2 count) {
+  return {{count_of(first.x), count_of(count.x)}, {count_of(first.y), count_of(count.y)}};
 }
 
-/// Part of the plane that the blur of the region reads.
+/// Part of the plane along one axis that the blur of the region reads.
+LinePart with_margin(int first, int count, int margin, int plane) {
+  const int low = std::max(0, first - margin), high = std::min(plane, first + count + margin);
+  return {count_of(low), count_of(high - low)};
+}
+
 PlanePart wanted_of(const PictureGrid& grid) {
-  return part(grid.pixels({grid.radius_x(), grid.radius_y()}));
+  const auto first = grid.region_first, count = grid.region_size;
+  return {with_margin(first.x, count.x, grid.margin_x(), grid.size.x),
+          with_margin(first.y, count.y, grid.radius_y(), grid.size.y)};
 }
 
-/// to = sums of `bin` numbers each, a power of two; they and scratch, of as many, are overwritten.
-void sum_bins(float* values, float* scratch, std::size_t count, int bin, float* to) {
-  for (; bin > 1; bin /= 2, count /= 2) {
-    const float* __restrict in = values;
-    float* __restrict out = scratch;
-    for_this_cpu([ =, half = count / 2 ]() __attribute__((always_inline)) {
-      for (std::size_t i = 0; i < half; ++i) out[i] = in[2 * i] + in[2 * i + 1];
-    });
-    std::swap(values, scratch);
-  }
-  for (std::size_t i = 0; i < count; ++i) to[i] += values[i];
-}
-
-/// Adds the light of one of the plane's rows to its bins, which begin with a bin's first row.
-///
-/// wide  the bins, in rows of grid.wide_size()
-void add_to_bins(const PictureGrid& grid, int row, const Sample* line, float* scratch,
-                 float* wide) {
-  const auto size = grid.wide_size();
-  const auto lit = grid.pixels({grid.radius_x(), grid.radius_y()});
-  const auto number = count_of(row / grid.bin.y - grid.region_first.y + grid.radius_y());
-  float* to = wide + number * count_of(size.x);
-  if (row % grid.bin.y == 0) std::fill_n(to, size.x, 0.0f);
-  const float* __restrict in = floats(line + lit.first.x);
-  float* __restrict squares = scratch;
-  for_this_cpu([ =, count = lit.size.x ]() __attribute__((always_inline)) {
-    for (int i = 0; i < count; ++i)
-      squares[i] = in[2 * i] * in[2 * i] + in[2 * i + 1] * in[2 * i + 1];
-  });
-  sum_bins(scratch, scratch + lit.size.x, count_of(lit.size.x), grid.bin.x,
-           to + lit.first.x / grid.bin.x - grid.region_first.x + grid.margin_x());
-}
-
-/// Bins beyond the plane have no light.
-void clear_beyond(const PictureGrid& grid, const PlanePart& wanted, std::span<float> wide) {
-  if (wide.empty()) return;
-  const auto size = grid.wide_size();
-  const auto row_of = [&](std::size_t row) {
-    return (static_cast<int>(row) / grid.bin.y - grid.region_first.y + grid.radius_y()) * size.x;
-  };
-  std::fill(wide.begin(), wide.begin() + row_of(wanted.y.first), 0.0f);
-  const auto end = wide.begin() + size.x * size.y,
-             dark = wide.begin() + row_of(wanted.y.first + wanted.y.count - 1) + size.x;
-  std::fill(dark, end, 0.0f);
-}
-
-/// to = from, times what bins of so many samples change.
-template <int bin>
-void change_bins(const Sample* from, const float* change, int bins, Sample* to) {
-  const float* __restrict in = floats(from);
-  const float* __restrict by = change;
-  float* __restrict out = floats(to);
-  for_this_cpu([=]() __attribute__((always_inline)) {
-    for (int b = 0; b < bins; ++b)
-      for (int i = 2 * bin * b; i < 2 * bin * (b + 1); ++i) out[i] = by[b] * in[i];
-  });
-}
-
-/// A row of the region, times what its bins change.
-void change_row(const PictureGrid& grid, int row, const Sample* plane, const float* change,
-                Sample* to) {
-  const int number = row / grid.bin.y - grid.region_first.y;
-  const Sample* from =
-      plane + count_of(row) * count_of(grid.size.x) + count_of(grid.region_first.x * grid.bin.x);
-  const auto change_here = grid.bin.x == 1   ? change_bins<1>
-                           : grid.bin.x == 2 ? change_bins<2>
-                           : grid.bin.x == 4 ? change_bins<4>
-                                             : change_bins<8>;
-  change_here(from, change + number * grid.region_size.x, grid.known_size.x, to);
-}
+PlanePart region_of(const PictureGrid& grid) { return part(grid.region_first, grid.region_size); }
 
 /// Rows of light in the host's memory.
 template <class Element>
@@ -158,10 +95,11 @@ class LightOnHost : public Light {
 public:
   explicit LightOnHost(const cl::Device& device) : Light(device) {}
 
-  void show(const PhaseStack& holograms, int frame, std::size_t key,
-            cl::Buffer<float>* intensity) override;
-  void step(PhaseStack& holograms, int frame, std::size_t key, double step,
-            const cl::Buffer<float>* change) override;
+  OpenPart read_back(std::size_t key) const override {
+    return {grid(key).region_first, grid(key).region_size};
+  }
+  void show(const PhaseStack& holograms, int frame, std::size_t key) override;
+  void step(PhaseStack& holograms, int frame, std::size_t key, double step) override;
   const cl::ComplexBuffer& back(std::size_t key) override;
 
 private:
@@ -175,19 +113,11 @@ private:
   template <class Element>
   Lent<Element> rows_in_pupil(std::span<Element> pupil, const Tables& t, bool is_disc) const;
   PlanePart live_in_pupil() const;
-  using MakeRow = std::function<void(std::size_t row, Sample* to)>;
-  using TakeRow = std::function<void(std::size_t row, const Sample* from)>;
-  void show(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted,
-            const std::function<void(std::size_t, const Sample*, float*)>& made = {});
-  void back(const Tables& t, const PlanePart& live, const MakeRow& picture, const TakeRow& open);
-  void put_back(const Tables& t, const PlanePart& live, const MakeRow& picture, double factor,
+  void show(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted);
+  void back(const Tables& t, const Sample* from, const PlanePart& live,
+            const std::function<void(std::size_t, const Sample*)>& open);
+  void put_back(const Tables& t, const Sample* from, const PlanePart& live, double factor,
                 bool adds, const LentPlane& to);
-  /// Rows of a picture, or of the pupil's plane.
-  static MakeRow rows(const Sample* from, int pitch, const PlanePart& live) {
-    return [=](std::size_t row, Sample* to) {
-      std::copy_n(from + row * count_of(pitch) + live.x.first, live.x.count, to);
-    };
-  }
 
   LightPasses passes_;
   cl::ComplexBuffer opened_;  // what `back` makes
@@ -207,7 +137,7 @@ PlanePart LightOnHost::live_in_pupil() const {
     low = glm::min(low, grid.open.first);
     high = glm::max(high, grid.open.first + grid.open.size);
   }
-  return part({low, high - low});
+  return part(low, high - low);
 }
 
 /// Of a key's open part, which begins at the first; frame: all its rows.
@@ -226,90 +156,66 @@ Lent<Element> LightOnHost::rows_in_pupil(std::span<Element> pupil, const Tables&
           is_disc ? disc_.data() + first_in_pupil(t) : nullptr, 1};
 }
 
-void LightOnHost::show(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted,
-                       const std::function<void(std::size_t, const Sample*, float*)>& made) {
+void LightOnHost::show(const Tables& t, const LentRows& from, Sample* to, const PlanePart& wanted) {
   transforms_ += t.path.transforms();
   passes_.show(
       t.path,
       [&](std::size_t row, Sample* line) { spread_row(from, row, t.columns, t.rows[row], line); },
-      to, wanted, made);
+      to, wanted);
 }
 
-void LightOnHost::back(const Tables& t, const PlanePart& live, const MakeRow& picture,
-                       const TakeRow& open) {
+void LightOnHost::back(const Tables& t, const Sample* from, const PlanePart& live,
+                       const std::function<void(std::size_t, const Sample*)>& open) {
   transforms_ += t.path.transforms();
-  passes_.back(t.path, live, picture, open);
+  passes_.back(t.path, from, live, open);
 }
 
-void LightOnHost::put_back(const Tables& t, const PlanePart& live, const MakeRow& picture,
+void LightOnHost::put_back(const Tables& t, const Sample* from, const PlanePart& live,
                            double factor, bool adds, const LentPlane& to) {
   const auto put = !adds     ? put_back_row<false, false>
                    : to.beam ? put_back_row<true, true>
                              : put_back_row<true, false>;
-  back(t, live, picture, [&](std::size_t row, const Sample* line) {
+  back(t, from, live, [&](std::size_t row, const Sample* line) {
     put(line, row, t.columns, static_cast<float>(factor) * t.rows[row], to);
   });
 }
 
-void LightOnHost::show(const PhaseStack& holograms, int frame, std::size_t key,
-                       cl::Buffer<float>* intensity) {
+void LightOnHost::show(const PhaseStack& holograms, int frame, std::size_t key) {
   const auto& grid = grids_[key];
   const auto& t = tables_[key];
-  const auto wanted = wanted_of(grid);
-  const auto with = [&](std::span<float> wide) {
-    const auto add = [&](std::size_t row, const Sample* line, float* scratch) {
-      if (!wide.empty()) add_to_bins(grid, static_cast<int>(row), line, scratch, wide.data());
-    };
-    const auto make = [&](std::span<const Sample> light, std::span<Sample> picture) {
-      clear_beyond(grid, wanted, wide);
-      show(t,
-           grid.pupil ? rows_in_pupil(light, t, grid.is_disc)
-                      : rows_of(light, holograms, t, grid.side),
-           picture.data(), wanted, add);
-    };
-    if (grid.pupil)
-      return std::as_const(in_pupil_).on_host_with(plane(key), make, 0, in_pupil_.size());
-    holograms.samples.on_host_with(plane(key), make, holograms.first(frame, {0, 0}),
-                                   holograms.frame_samples());
+  const auto make = [&](std::span<const Sample> light, std::span<Sample> picture) {
+    show(t,
+         grid.pupil ? rows_in_pupil(light, t, grid.is_disc)
+                    : rows_of(light, holograms, t, grid.side),
+         picture.data(), wanted_of(grid));
   };
-  intensity ? intensity->on_host_early(with) : with({});
+  if (grid.pupil)
+    return std::as_const(in_pupil_).on_host_with(plane(key), make, 0, in_pupil_.size());
+  holograms.samples.on_host_with(plane(key), make, holograms.first(frame, {0, 0}),
+                                 holograms.frame_samples());
 }
 
-void LightOnHost::step(PhaseStack& holograms, int frame, std::size_t key, double step,
-                       const cl::Buffer<float>* change) {
+void LightOnHost::step(PhaseStack& holograms, int frame, std::size_t key, double step) {
   const auto& grid = grids_[key];
   const auto& t = tables_[key];
-  const auto live = part(grid.pixels());
   const double factor = std::pow(unitary(key), 2);
-  const auto with = [&](std::span<const float> of_bins) {
-    const auto take = [&](std::span<Sample> light, std::span<Sample> picture) {
-      const auto unchanged = rows(picture.data(), grid.size.x, live);
-      const MakeRow changed = [&](std::size_t row, Sample* to) {
-        change_row(grid, static_cast<int>(row), picture.data(), of_bins.data(), to);
-      };
-      put_back(
-          t, live, of_bins.empty() ? unchanged : changed, grid.pupil ? factor : step * factor,
-          !grid.pupil,
-          grid.pupil ? rows_in_pupil(light, t, false) : rows_of(light, holograms, t, grid.side));
-    };
-    if (grid.pupil)
-      return added_in_pupil_.on_host_with(plane(key), take, 0, added_in_pupil_.size());
-    holograms.samples.on_host_with(plane(key), take, holograms.first(frame, {0, 0}),
-                                   holograms.frame_samples());
+  const auto take = [&](std::span<Sample> light, std::span<Sample> picture) {
+    put_back(t, picture.data(), region_of(grid), grid.pupil ? factor : step * factor, !grid.pupil,
+             grid.pupil ? rows_in_pupil(light, t, false) : rows_of(light, holograms, t, grid.side));
   };
-  change ? change->on_host_early(with) : with({});
+  if (grid.pupil) return added_in_pupil_.on_host_with(plane(key), take, 0, added_in_pupil_.size());
+  holograms.samples.on_host_with(plane(key), take, holograms.first(frame, {0, 0}),
+                                 holograms.frame_samples());
 }
 
 const cl::ComplexBuffer& LightOnHost::back(std::size_t key) {
   const auto& grid = grids_[key];
   const auto pitch = count_of(back_pitch(key));
-  const auto live = part(grid.pixels());
   make_room(opened_, {back_pitch(key), grid.open.size.y}, "light of the open part");
-  const auto take = [&](std::span<Sample> opened, std::span<Sample> picture) {
-    back(tables_[key], live, rows(picture.data(), grid.size.x, live),
-         [&](std::size_t row, const Sample* from) {
-           std::copy_n(from, grid.open.size.x, opened.data() + row * pitch);
-         });
+  const auto take = [&](std::span<Sample> rows, std::span<Sample> picture) {
+    back(tables_[key], picture.data(), region_of(grid), [&](std::size_t row, const Sample* from) {
+      std::copy_n(from, grid.open.size.x, rows.data() + row * pitch);
+    });
   };
   opened_.on_host_with(plane(key), take, 0, opened_.size());
   return opened_;
@@ -324,10 +230,9 @@ void LightOnHost::to_pupil(const PhaseStack& holograms, int frame) {
 }
 
 void LightOnHost::from_pupil(PhaseStack& holograms, int frame, double step) {
-  const auto leave = [&](std::span<Sample> light, std::span<Sample> pupil) {
-    put_back(*of_pupil_, live_in_pupil(),
-             rows(pupil.data(), optics_.pupil_plane.x, live_in_pupil()), step, true,
-             rows_of(light, holograms, *of_pupil_, 1));
+  const auto leave = [&](std::span<Sample> rows, std::span<Sample> pupil) {
+    put_back(*of_pupil_, pupil.data(), live_in_pupil(), step, true,
+             rows_of(rows, holograms, *of_pupil_, 1));
   };
   holograms.samples.on_host_with(added_in_pupil_, leave, holograms.first(frame, {0, 0}),
                                  holograms.frame_samples());

@@ -21,6 +21,8 @@ namespace {
 
 using Sample = std::complex<float>;
 
+constexpr std::size_t rows_together = 8;  // that a thread takes at a time
+
 /// to = from * factors, or times their conjugates.
 void multiply(const Sample* from, const std::vector<Sample>& factors, bool conjugate, Sample* to) {
   const float* __restrict in = floats(from);
@@ -179,8 +181,7 @@ LightPasses::Pass LightPasses::over_columns(
 }
 
 void LightPasses::show(const LightPath& path, const std::function<void(std::size_t, Sample*)>& open,
-                       Sample* picture, const PlanePart& wanted,
-                       const std::function<void(std::size_t, const Sample*, float*)>& made) {
+                       Sample* picture, const PlanePart& wanted) {
   const Ffts x(*this, path.x), y(*this, path.y);
   const bool by_spectrum = path.x.spectrum > 0;
   const auto columns = path.x.between();
@@ -216,12 +217,10 @@ void LightPasses::show(const LightPath& path, const std::function<void(std::size
   };
   const auto picture_row = [&](Scratch& s, std::size_t row) {
     gather(row, columns, s.finer.get());
-    row += wanted.y.first;
-    Sample* to = picture + row * path.x.picture;
-    to_picture(path.x, x, s, is_aligned(to) ? to : s.first.get());
-    if (!is_aligned(to))
-      std::copy_n(s.first.get() + wanted.x.first, wanted.x.count, to + wanted.x.first);
-    if (made) made(row, to, floats(s.finer.get()));
+    Sample* to = picture + (wanted.y.first + row) * path.x.picture;
+    if (is_aligned(to)) return to_picture(path.x, x, s, to);
+    to_picture(path.x, x, s, s.first.get());
+    std::copy_n(s.first.get() + wanted.x.first, wanted.x.count, to + wanted.x.first);
   };
   run({{{path.y.open, rows_together, open_row},
         over_columns(columns, by_spectrum ? path.y.spectrum : path.y.picture, {0, path.y.open},
@@ -229,8 +228,7 @@ void LightPasses::show(const LightPath& path, const std::function<void(std::size
         {wanted.y.count, rows_together, picture_row}}});
 }
 
-void LightPasses::back(const LightPath& path, const PlanePart& live,
-                       const std::function<void(std::size_t, Sample*)>& picture,
+void LightPasses::back(const LightPath& path, const Sample* picture, const PlanePart& live,
                        const std::function<void(std::size_t, const Sample*)>& open) {
   const Ffts x(*this, path.x), y(*this, path.y);
   const bool by_spectrum = path.x.spectrum > 0;
@@ -252,7 +250,8 @@ void LightPasses::back(const LightPath& path, const PlanePart& live,
   const auto picture_row = [&](Scratch& s, std::size_t row) {
     Sample* line = s.picture.get();
     clear(line, 0, live.x.first);
-    picture(live.y.first + row, line + live.x.first);
+    std::copy_n(picture + (live.y.first + row) * path.x.picture + live.x.first, live.x.count,
+                line + live.x.first);
     clear(line, live.x.first + live.x.count, path.x.picture);
     from_picture(path.x, x, s, line, s.first.get());
     scatter(s.first.get(), row, columns);

@@ -51,24 +51,17 @@ public:
 
   /// The picture's light.
   ///
-  /// open    writes a row of the open part; called by several threads, as the others
+  /// open    writes a row of the open part; called by several threads
   /// wanted  the part of the picture that is made, in rows of path.x.picture samples; it does not
   ///         go on past an end. The rest of its rows may change
-  /// made    if any, takes each row of the picture when it is made, and memory for twice as many
-  ///         numbers as it has samples. A thread makes `rows_together` in turn
   void show(const LightPath& path, const std::function<void(std::size_t row, Sample* to)>& open,
-            Sample* picture, const PlanePart& wanted,
-            const std::function<void(std::size_t row, const Sample* line, float* scratch)>& made);
+            Sample* picture, const PlanePart& wanted);
   /// The adjoint.
   ///
-  /// live     the part of the picture that is not zero
-  /// picture  writes that of a row
-  /// open     takes a row of the open part
-  void back(const LightPath& path, const PlanePart& live,
-            const std::function<void(std::size_t row, Sample* to)>& picture,
+  /// live  the part of the picture that is not zero
+  /// open  takes a row of the open part; called by several threads
+  void back(const LightPath& path, const Sample* picture, const PlanePart& live,
             const std::function<void(std::size_t row, const Sample* from)>& open);
-
-  static constexpr std::size_t rows_together = 8;
 
 private:
   /// Lines for one thread.

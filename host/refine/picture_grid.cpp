@@ -22,19 +22,17 @@ constexpr int packet = PictureGrid::packet;
 /// Blur in distances of dots at which none is seen: 0.8 % of their contrast is left.
 constexpr double blur_of_dots = 0.5;
 
-/// Of a blur, in bins, less what their own width adds to it.
-std::vector<float> blur_weights(double sigma_px, int bin, int most = 1 << 20) {
-  const double own = (bin * bin - 1) / 12.0,
-               sigma = std::sqrt(std::max(sigma_px * sigma_px - own, 0.0)) / bin;
-  const auto weights = gaussian_weights(sigma, std::min(static_cast<int>(4 * sigma + 0.5), most));
+std::vector<float> blur_weights(double sigma_px, int most = 1 << 20) {
+  const auto weights =
+      gaussian_weights(sigma_px, std::min(static_cast<int>(4 * sigma_px + 0.5), most));
   return {weights.begin(), weights.end()};
 }
 
-/// First bin and number of bins, out of `count`, whose centres lie in the window.
+/// First pixel and number of pixels, out of `count`, whose centres lie in the window.
 ///
-/// middle  place of the window's, from the first bin's centre on, in bins
-std::pair<int, int> bins_in(double window, double middle, int count) {
-  const double half = window / 2;
+/// axis_m  place of the window's middle, from that of the pixels
+std::pair<int, int> pixels_in(double window_m, double axis_m, double pixel_m, int count) {
+  const double half = window_m / 2 / pixel_m, middle = (count - 1) / 2.0 + axis_m / pixel_m;
   const int first = std::max(0, static_cast<int>(std::ceil(middle - half - 1e-6))),
             last = std::min(count - 1, static_cast<int>(std::floor(middle + half + 1e-6)));
   return {first, std::max(0, last - first + 1)};
@@ -136,16 +134,16 @@ std::vector<float> bent_back(const Optics& optics, const PictureGrid& grid,
   std::vector<float> bent;
   bent.reserve(picture.size());
   for (int y = 0; y < known.y; ++y) {
-    const double down_m = -grid.bin_y_m(grid.region_first.y + y) - centre_m.y;
+    const double down_m = -grid.y_m(grid.known_first.y + y) - centre_m.y;
     for (int x = 0; x < known.x; ++x) {
-      const double right_m = grid.bin_x_m(grid.region_first.x + x) - centre_m.x;
+      const double right_m = grid.x_m(grid.known_first.x + x) - centre_m.x;
       const double square = right_m * right_m + down_m * down_m;
       const double to_x =
           right_m * (square + half_m.x * half_m.x + half_m.y * half_m.y / 3) / two_z2;
       const double to_y =
           down_m * (square + half_m.y * half_m.y + half_m.x * half_m.x / 3) / two_z2;
-      const double at_x = std::clamp(x + to_x / grid.bin_m().x, 0.0, known.x - 1.0),
-                   at_y = std::clamp(y + to_y / grid.bin_m().y, 0.0, known.y - 1.0);
+      const double at_x = std::clamp(x + to_x / grid.pixel_m.x, 0.0, known.x - 1.0),
+                   at_y = std::clamp(y + to_y / grid.pixel_m.y, 0.0, known.y - 1.0);
       const int i = static_cast<int>(at_x), j = static_cast<int>(at_y);
       const auto across = cubic(at_x - i), down = cubic(at_y - j);
       double sum = 0;
@@ -182,7 +180,7 @@ glm::dvec2 shown_blur_m(const Optics& optics, const PictureGrid& grid) {
   const auto open_m = grid.pupil ? glm::dvec2(grid.open.size) * part_pitch_m(optics, grid) *
                                        std::abs(grid.z_m / grid.distance_m)
                                  : glm::dvec2(grid.open.size) * optics.pitch_m,
-             picture_m = glm::dvec2(grid.known_size) * grid.bin_m(),
+             picture_m = glm::dvec2(grid.known_size) * grid.pixel_m,
              turned_m = grid.z_m * optics.wavelength_m * source.per_m;
   return glm::sqrt(optics.blur_m * optics.blur_m + disc_m * disc_m +
                    change * change *
@@ -241,20 +239,14 @@ glm::ivec2 pupil_plane_size(const Optics& optics, std::span<const Key> keys) {
 void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 first, glm::ivec2 size,
                   std::vector<float>& picture) {
   if (!optics.showing.fill) return;
-  const auto across = shown_shares(
-      optics, grid, 0, places(size.x, [&](int x) { return grid.bin_x_m(first.x + x); }));
-  const auto down = shown_shares(optics, grid, 1,
-                                 places(size.y, [&](int y) { return grid.bin_y_m(first.y + y); }));
+  const auto across =
+      shown_shares(optics, grid, 0, places(size.x, [&](int x) { return grid.x_m(first.x + x); }));
+  const auto down =
+      shown_shares(optics, grid, 1, places(size.y, [&](int y) { return grid.y_m(first.y + y); }));
   for (std::size_t y = 0; y < down.size(); ++y)
     for (std::size_t x = 0; x < across.size(); ++x)
       picture[y * across.size() + x] =
           static_cast<float>(double{picture[y * across.size() + x]} / (across[x] * down[y]));
-}
-
-OpenPart PictureGrid::pixels(glm::ivec2 margin) const {
-  const auto low = glm::max(region_first - margin, 0) * bin,
-             high = glm::min((region_first + known_size + margin) * bin, size);
-  return {low, high - low};
 }
 
 OpenPart open_part(glm::ivec2 hologram, glm::dvec2 view, glm::dvec2 aperture) {
@@ -326,41 +318,42 @@ PictureGrid picture_grid(const Optics& optics, const Key& key, Propagation propa
     grid.pixel_m = grid.spectrum.pixel_m;
   }
   for (int axis = 0; axis < 2; ++axis) {
-    const int bin = compared_bin(optics.blur_m / grid.pixel_m[axis]), size = grid.size[axis];
-    const double axis_px =
-        (axis == 0 ? -1 : 1) * grid.middle_m[axis] / grid.pixel_m[axis] + size / 2.0;
-    const auto [first, count] = bins_in(window_m[axis] / grid.pixel_m[axis] / bin,
-                                        axis_px / bin - 0.5, (size + bin - 1) / bin);
+    const auto [first, count] =
+        pixels_in(window_m[axis], (axis == 0 ? -1 : 1) * grid.middle_m[axis], grid.pixel_m[axis],
+                  grid.size[axis]);
     if (count < 1) throw InputError(depth() + " is smaller than what the hologram resolves");
-    grid.bin[axis] = bin;
-    grid.region_first[axis] = first;
+    grid.known_first[axis] = first;
     grid.known_size[axis] = count;
   }
-  grid.region_size = {whole_packets(grid.known_size.x), grid.known_size.y};
-  const auto blur_px = shown_blur_m(optics, grid) / grid.pixel_m;
-  grid.weights_x = blur_weights(blur_px.x, grid.bin.x);
-  grid.weights_y = blur_weights(blur_px.y, grid.bin.y);
+  grid.region_first = {grid.known_first.x / packet * packet, grid.known_first.y};
+  grid.region_size = {whole_packets(grid.known_first.x + grid.known_size.x) - grid.region_first.x,
+                      grid.known_size.y};
+  const auto blur_m = shown_blur_m(optics, grid);
+  grid.weights_x = blur_weights(blur_m.x / grid.pixel_m.x);
+  grid.weights_y = blur_weights(blur_m.y / grid.pixel_m.y);
   if (key.samples) {
     const double dots_m = key.samples->dots * std::abs(key.z_m - key.samples->dots_from_m),
                  sigma_m = std::max(optics.blur_m, blur_of_dots * dots_m);
-    grid.sample_weights_x = blur_weights(sigma_m / grid.pixel_m.x, grid.bin.x, grid.margin_x());
-    grid.sample_weights_y = blur_weights(sigma_m / grid.pixel_m.y, grid.bin.y, grid.radius_y());
+    grid.sample_weights_x = blur_weights(sigma_m / grid.pixel_m.x, grid.margin_x());
+    grid.sample_weights_y = blur_weights(sigma_m / grid.pixel_m.y, grid.radius_y());
   }
 
   if (key.samples) {
-    // In units of light of a hologram pixel
+    // All of the plane's pixels in the region are known, in units of light of a hologram pixel.
+    grid.known_first = grid.region_first;
+    grid.known_size = grid.region_size;
     grid.unit = 1 / (1.0 * grid.size.x * grid.size.y);
     return grid;
   }
   // Light that a radiance L sends through an aperture falls with 1 / z^2 on the picture's plane.
   const auto whole = key.pupil ? optics.pupil_plane : optics.size;
   const double open_share = 1.0 * grid.open.size.x * grid.open.size.y / (1.0 * whole.x * whole.y);
-  const double pixels_per_bin =
-      grid.bin_m().x * grid.bin_m().y / (optics.pitch_m.x * optics.pitch_m.y);
+  const double pixels_per_pixel =
+      grid.pixel_m.x * grid.pixel_m.y / (optics.pitch_m.x * optics.pitch_m.y);
   const auto fine = grid.spectrum.fine();
   const double per_transform =
       propagation == Propagation::exact ? 1 : fine.x * fine.y / (1.0 * grid.size.x * grid.size.y);
-  grid.unit = per_transform / pixels_per_bin / open_share * grid.distance_m * grid.distance_m;
+  grid.unit = per_transform / pixels_per_pixel / open_share * grid.distance_m * grid.distance_m;
   return grid;
 }
 
@@ -405,16 +398,17 @@ std::vector<std::complex<float>> chirp_of(const Optics& optics, const PictureGri
 
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid) {
   const auto known = grid.known_size, region = grid.region_size;
-  auto blurred =
-      blurred_at(key, optics.blur_m,
-                 places(known.x, [&](int x) { return grid.bin_x_m(grid.region_first.x + x); }),
-                 places(known.y, [&](int y) { return -grid.bin_y_m(grid.region_first.y + y); }));
+  auto blurred = blurred_at(
+      key, optics.blur_m, places(known.x, [&](int x) { return grid.x_m(grid.known_first.x + x); }),
+      places(known.y, [&](int y) { return -grid.y_m(grid.known_first.y + y); }));
   if (grid.propagation == Propagation::fresnel && !grid.pupil)
     blurred = bent_back(optics, grid, blurred);
   std::vector<float> target(area_of(region), -1.0f);
   for (int y = 0; y < known.y; ++y) {
     const auto row = blurred.begin() + std::ptrdiff_t{y} * known.x;
-    std::copy(row, row + known.x, target.begin() + std::ptrdiff_t{y} * region.x);
+    std::copy(
+        row, row + known.x,
+        target.begin() + std::ptrdiff_t{y} * region.x + (grid.known_first.x - grid.region_first.x));
   }
   return target;
 }

@@ -85,15 +85,15 @@ struct PictureGrid {
   glm::ivec2 size{1, 1};      // samples of the plane; x is a multiple of packet
   glm::dvec2 pixel_m{1, 1};
   glm::dvec2 middle_m{0, 0};  // of the plane, right of the axis and above it
-  glm::ivec2 bin{1, 1};       // pixels that are compared as one, as the blur allows
-  // Bins that the picture covers, from the plane's first on; their rows, widened to whole packets
-  glm::ivec2 region_first{0, 0}, known_size{0, 0}, region_size{0, 0};
-  // Weights of the blur at 0, 1, ... bins, per axis, widened by the source's; both sides sum to 1
+  // Pixels that the picture covers, widened to whole packets in x
+  glm::ivec2 region_first{0, 0}, region_size{0, 0};
+  glm::ivec2 known_first{0, 0}, known_size{0, 0};  // the same, not widened
+  // Weights of the blur at 0, 1, ..., per axis, widened by the source's; both sides sum to 1
   std::vector<float> weights_x, weights_y;
   // The same for light of samples, which blurs away their dots as well
   std::vector<float> sample_weights_x, sample_weights_y;
-  // Intensity on the plane per radiance, up to a factor that all keys share: times |transform|^2,
-  // summed over a bin, it gives numbers that are proportional to the key's picture
+  // Intensity on the plane per radiance, up to a factor that all keys share: times |transform|^2
+  // it gives numbers that are proportional to the key's picture
   double unit = 1;
 
   int radius_x() const { return static_cast<int>(weights_x.size()) - 1; }
@@ -101,14 +101,8 @@ struct PictureGrid {
   int margin_x() const { return (radius_x() + packet - 1) / packet * packet; }
   glm::ivec2 wide_size() const { return region_size + 2 * glm::ivec2(margin_x(), radius_y()); }
   /// Place of a pixel right of, and above, the axis.
-  double x_m(double column) const { return middle_m.x + (column - (size.x - 1) / 2.0) * pixel_m.x; }
-  double y_m(double row) const { return middle_m.y + ((size.y - 1) / 2.0 - row) * pixel_m.y; }
-  /// Place of a bin's middle.
-  double bin_x_m(int column) const { return x_m((column + 0.5) * bin.x - 0.5); }
-  double bin_y_m(int row) const { return y_m((row + 0.5) * bin.y - 0.5); }
-  glm::dvec2 bin_m() const { return pixel_m * glm::dvec2(bin); }
-  /// Pixels of the region, and of so many bins around it, as far as the plane goes.
-  OpenPart pixels(glm::ivec2 margin = {0, 0}) const;
+  double x_m(int column) const { return middle_m.x + (column - (size.x - 1) / 2.0) * pixel_m.x; }
+  double y_m(int row) const { return middle_m.y + ((size.y - 1) / 2.0 - row) * pixel_m.y; }
 
   static constexpr int packet = 16;  // samples: whole vectors on every device
 };
@@ -148,14 +142,14 @@ double to_middle(int n);
 /// conjugated, or of the hologram's transform to that plane.
 std::vector<std::complex<float>> chirp_of(const Optics& optics, const PictureGrid& grid, int axis);
 
-/// The key's picture at the bins of the region, blurred in the same step; negative where it is
+/// The key's picture at the pixels of the region, blurred in the same step; negative where it is
 /// not known. Row by row from the top.
 std::vector<float> blurred_target(const Optics& optics, const Key& key, const PictureGrid& grid);
 
 /// Divides a picture by what pixels that are no points leave of its light, so that it asks for
 /// more where they show less. The light's angle is taken as spread evenly over the open part.
 ///
-/// first, size  the bins that it has, row by row
+/// first, size  the pixels of the plane that it has, row by row
 void ask_for_more(const Optics& optics, const PictureGrid& grid, glm::ivec2 first, glm::ivec2 size,
                   std::vector<float>& picture);
 

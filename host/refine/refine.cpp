@@ -191,8 +191,9 @@ public:
         light_(Light::make(device, backend)),
         program_(device, "kernels/refine/refine.cl",
                  {{option::lanes, std::to_string(device.info().float_lanes)}}),
+        intensity_(program_.kernel("intensity")),
         blur_rows_(program_.kernel("blur_rows")),
-        change_of_(program_.kernel("change_of")),
+        correct_(program_.kernel("correct")),
         add_picture_(program_.kernel("add_picture")),
         sum_known_(program_.kernel("sum_known")) {}
 
@@ -218,7 +219,6 @@ public:
     for (std::size_t slot = 0; slot < blurred.size(); ++slot)
       make_room(device_, blurred_[slot], blurred[slot], "blurred intensity");
     make_room(device_, shown_, region, "picture");
-    make_room(device_, change_, region, "change of the picture");
     make_room(device_, row_sums_, rows, "light of rows");
     pictures_.resize(keys.size());
 
@@ -246,14 +246,11 @@ public:
         wide_.write(targets[key]);
         blur_rows(grid, picture);
         add_picture(grid, picture, picture.target, false);
-        mark_unknown(grid, picture.target);
       } else {
         picture.target.write(targets[key]);
       }
       targets[key] = {};
-      auto weights_x = grid.weights_x;
-      for (auto& weight : weights_x) weight *= static_cast<float>(grid.unit / unit_);
-      picture.weights_x = on_device(weights_x);
+      picture.weights_x = on_device(grid.weights_x);
       picture.weights_y = on_device(grid.weights_y);
       picture.light = known_light(grid, picture.target, picture.target);
       if (!(picture.light > 0) && !keys[key].samples)
@@ -274,10 +271,16 @@ public:
       correct(holograms, frame, key, number, step);
     light_->leave_pupil(holograms, frame, step);
   }
+
   /// The key's intensity, blurred along x.
   void look(const PhaseStack& holograms, int frame, std::size_t key) {
     const auto& grid = light_->grid(key);
-    light_->show(holograms, frame, key, &wide_);
+    light_->show(holograms, frame, key);
+    const auto wide = grid.wide_size();
+    run_rows(device_, intensity_, wide.x, wide.y, light_->plane(key), grid.size.x, grid.size.y,
+             wide_, grid.region_first.x, grid.region_first.y, grid.region_size.x,
+             grid.region_size.y, grid.margin_x(), grid.radius_y(),
+             static_cast<float>(grid.unit / unit_));
     blur_rows(grid, pictures_[key]);
   }
 
@@ -306,13 +309,15 @@ public:
   void correct(PhaseStack& holograms, int frame, std::size_t key, int number, double step) {
     const auto& grid = light_->grid(key);
     const auto& picture = pictures_[key];
+    const auto part = light_->read_back(key);
     const bool has_former = number > 1;
-    run_rows(device_, change_of_, grid.region_size.x, blocks_of(grid.region_size.y),
-             blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
+    run_rows(device_, correct_, part.size.x, blocks_of(part.size.y), light_->plane(key),
+             grid.size.x, blurred_of(grid), picture.weights_y, grid.radius_y(), picture.target,
              has_former ? picture.former : picture.target, static_cast<std::int32_t>(has_former),
-             static_cast<float>(number / scale_), change_, grid.region_size.x, grid.region_size.y,
-             grid.radius_y());
-    light_->step(holograms, frame, key, step, &change_);
+             static_cast<float>(number / scale_), grid.region_first.x, grid.region_first.y,
+             grid.region_size.x, grid.region_size.y, grid.radius_y(), part.first.x, part.size.x,
+             part.first.y, part.size.y);
+    light_->step(holograms, frame, key, step);
   }
 
   /// Adds a finished frame to what the next ones build on.
@@ -336,17 +341,6 @@ private:
 
   cl::Buffer<float>& blurred_of(const PictureGrid& grid) {
     return blurred_[static_cast<std::size_t>(grid.slot)];
-  }
-
-  /// Bins beside the known ones, to whole packets.
-  static void mark_unknown(const PictureGrid& grid, cl::Buffer<float>& target) {
-    const int width = grid.region_size.x;
-    target.change_on_host(
-        [&](std::span<float> bins) {
-          for (auto row = bins.begin(); row < bins.end(); row += width)
-            std::fill(row + grid.known_size.x, row + width, -1.0f);
-        },
-        0, area_of(grid.region_size));
   }
 
   /// From wide_, along x.
@@ -383,10 +377,10 @@ private:
   cl::Device device_;
   std::unique_ptr<Light> light_;
   cl::Program program_;
-  cl::Kernel blur_rows_, change_of_, add_picture_, sum_known_;
+  cl::Kernel intensity_, blur_rows_, correct_, add_picture_, sum_known_;
   std::vector<Picture> pictures_;
   std::vector<cl::Buffer<float>> blurred_;  // by slot
-  cl::Buffer<float> wide_, shown_, change_, row_sums_;
+  cl::Buffer<float> wide_, shown_, row_sums_;
   double scale_ = 1, unit_ = 1;
 };
 

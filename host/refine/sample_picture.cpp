@@ -8,7 +8,7 @@
 namespace raywave::refinement {
 namespace {
 
-/// A box narrower than this is as good as one of this width, in bins.
+/// A box narrower than this is as good as one of this width, in pixels.
 constexpr double least_width_px = 0.5;
 
 /// Parts of the window along an axis (sampling.visibility), at most.
@@ -25,7 +25,7 @@ struct Ends {
   double open_m = 0;  // of the hologram, or of the pupil's plane
 };
 
-/// Of a box from a to b, in bins from the first one's edge, of which `count` are kept.
+/// Of a box from a to b, in pixels from the first one's edge, of which `count` are kept.
 Ends ends_of(double a, double b, int count, double open_m) {
   if (a > b) std::swap(a, b);
   const double middle = (a + b) / 2, half = std::max(b - a, least_width_px) / 2;
@@ -163,10 +163,8 @@ private:
   Ends ends_across(const glm::dvec3& at, double low_u, double high_u) const {
     const double beside = at.y - (up_.low_m + up_.high_m) / 2;
     const auto column = [&](double from) {
-      return ((place(at, from, at.x, beside) - grid_.middle_m.x) / grid_.pixel_m.x +
-              grid_.size.x / 2.0) /
-                 grid_.bin.x -
-             grid_.region_first.x + grid_.margin_x();
+      return (place(at, from, at.x, beside) - grid_.middle_m.x) / grid_.pixel_m.x +
+             grid_.size.x / 2.0 - grid_.region_first.x + grid_.margin_x();
     };
     return ends_of(column(low_u), column(high_u), wide_.x, high_u - low_u);
   }
@@ -174,9 +172,8 @@ private:
   Ends ends_up(const glm::dvec3& at, double low_v, double high_v) const {
     const double beside = at.x - (across_.low_m + across_.high_m) / 2;
     const auto row = [&](double from) {
-      return (grid_.size.y / 2.0 -
-              (place(at, from, at.y, beside) - grid_.middle_m.y) / grid_.pixel_m.y) /
-                 grid_.bin.y -
+      return grid_.size.y / 2.0 -
+             (place(at, from, at.y, beside) - grid_.middle_m.y) / grid_.pixel_m.y -
              grid_.region_first.y + grid_.radius_y();
     };
     return ends_of(row(low_v), row(high_v), wide_.y, high_v - low_v);

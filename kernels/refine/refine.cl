@@ -11,8 +11,8 @@
 //             at least 15 samples wider than the hologram, so that packets may begin in any column
 //   plane     ny rows of nx samples: the aperture's part of the hologram in its top left corner,
 //             then the light in the picture; nx is a multiple of 16
-//   region    the bins of the picture's pixels that have a target: rows of region_nx floats;
-//             region_nx is a multiple of 16
+//   region    the pixels of the picture that have a target: rows of region_nx floats, from column
+//             x0 and row y0 of the plane on; x0 and region_nx are multiples of 16
 //   wide      the region with the margin that the blur reaches into, margin_x columns and margin_y
 //             rows on every side; margin_x is a multiple of 16
 //
@@ -138,25 +138,26 @@ __kernel void turn_spectrum(const __global float2* restrict source, int source_n
   }
 }
 
-// wide: sums of |plane|^2 over bins of bin_x x bin_y pixels, from column x0 and row y0 of these on;
-// zero outside the plane. A work-item takes single bins.
-__kernel void bin_intensity(const __global float2* restrict plane, int nx, int ny,
-                            __global float* restrict wide, int x0, int y0, int wide_nx, int wide_ny,
-                            int bin_x, int bin_y) {
+// wide: q |plane|^2, zero outside the plane.
+__kernel void intensity(const __global float2* restrict plane, int nx, int ny,
+                        __global float* restrict wide, int x0, int y0, int region_nx, int region_ny,
+                        int margin_x, int margin_y, float q) {
   const int row = (int)get_global_id(1);
-  if (row >= wide_ny) return;
-  const int step = (int)get_global_size(0), low = max((y0 + row) * bin_y, 0),
-            high = min((y0 + row + 1) * bin_y, ny);
-  for (int i = (int)get_global_id(0); i < wide_nx; i += step) {
-    float sum = 0.0f;
-    for (int y = low; y < high; ++y) {
-      const int end = min((x0 + i + 1) * bin_x, nx);
-      for (int x = max((x0 + i) * bin_x, 0); x < end; ++x) {
-        const float2 here = plane[(size_t)nx * (size_t)y + x];
-        sum += here.x * here.x + here.y * here.y;
-      }
+  if (row >= region_ny + 2 * margin_y) return;
+  const int y = y0 - margin_y + row, left = x0 - margin_x, wide_nx = region_nx + 2 * margin_x;
+  const int inside = y >= 0 && y < ny;
+  const __global float2* source = plane + (size_t)nx * (size_t)(inside ? y : 0);
+  __global float* target = wide + (size_t)wide_nx * (size_t)row;
+  const int step = RAYWAVE_LANES * (int)get_global_size(0);
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < wide_nx; i += step) {
+    const int x = left + i;
+    floatv value = 0.0f;
+    if (inside && x >= 0 && x < nx) {
+      floatv re, im;
+      load_complex(source + x, &re, &im);
+      value = q * (re * re + im * im);
     }
-    wide[(size_t)wide_nx * (size_t)row + i] = sum;
+    LANES_STORE(value, target + i);
   }
 }
 
@@ -203,52 +204,48 @@ static inline void blurred_columns(const __global float* blurred, int region_nx,
   sums[3] = d;
 }
 
-// change: c - 1. c is the root of what the picture lacks, wanted * target - former, over its own
-// intensity. A work-item takes ROWS_TOGETHER rows.
+// plane: (c - 1) plane in the region, zero elsewhere in its rows first_row to first_row + rows - 1
+// and columns first_column to first_column + columns - 1. c is the root of what the picture lacks:
+// wanted * target - former, over its own intensity. A work-item takes ROWS_TOGETHER rows.
 //
 // target  radiance, blurred; negative where nothing is known of it: c = 1
 // former  intensities of the frames before, summed; has_former 0: none, and not read
 // wanted  frames so far over the scale of the brightness
-__kernel void change_of(const __global float* restrict blurred,
-                        const __global float* restrict weights, int radius,
-                        const __global float* restrict target,
-                        const __global float* restrict former, int has_former, float wanted,
-                        __global float* restrict change, int region_nx, int region_ny,
-                        int margin_y) {
-  const int row = ROWS_TOGETHER * (int)get_global_id(1),
-            count = min(ROWS_TOGETHER, region_ny - row);
-  if (count <= 0) return;
-  const size_t first = (size_t)region_nx * (size_t)row;
-  const __global float* rows_blurred = blurred + first + (size_t)region_nx * (size_t)margin_y;
+__kernel void correct(__global float2* restrict plane, int nx,
+                      const __global float* restrict blurred,
+                      const __global float* restrict weights, int radius,
+                      const __global float* restrict target, const __global float* restrict former,
+                      int has_former, float wanted, int x0, int y0, int region_nx, int region_ny,
+                      int margin_y, int first_column, int columns, int first_row, int rows) {
+  const int first = ROWS_TOGETHER * (int)get_global_id(1), end = min(first + ROWS_TOGETHER, rows),
+            beside = first_row - y0;  // from these rows to the region's
+  if (first >= rows) return;
+  const int low = max(first, -beside), high = min(end, region_ny - beside);  // in the region
   const int step = RAYWAVE_LANES * (int)get_global_size(0);
-  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < region_nx; i += step) {
+  for (int i = RAYWAVE_LANES * (int)get_global_id(0); i < columns; i += step) {
+    const int column = first_column + i - x0;
+    const bool inside = column >= 0 && column < region_nx;
     floatv shown[ROWS_TOGETHER];
-    blurred_columns(rows_blurred + i, region_nx, weights, radius, count, shown);
-    for (int k = 0; k < count; ++k) {
-      const size_t at = first + (size_t)region_nx * (size_t)k + i;
-      const floatv known = LANES_LOAD(target + at);
-      const floatv before = has_former ? LANES_LOAD(former + at) : (floatv)(0.0f);
-      const floatv lacks = fmax(wanted * known - before, (floatv)(0.0f));
-      const floatv ratio =
-          fmin(fmax(lacks / fmax(shown[k], (floatv)(1e-30f)), (floatv)(0.1f)), (floatv)(8.0f));
-      LANES_STORE(LANES_SELECT((floatv)(0.0f), sqrt(ratio) - 1.0f, known >= 0.0f), change + at);
+    if (inside && low < high)
+      blurred_columns(blurred + (size_t)region_nx * (size_t)(margin_y + low + beside) + column,
+                      region_nx, weights, radius, high - low, shown);
+    for (int row = first; row < end; ++row) {
+      __global float2* samples = plane + (size_t)nx * (size_t)(first_row + row) + first_column + i;
+      floatv re = 0.0f, im = 0.0f;
+      if (inside && row >= low && row < high) {
+        const size_t at = (size_t)region_nx * (size_t)(row + beside) + column;
+        const floatv known = LANES_LOAD(target + at);
+        const floatv before = has_former ? LANES_LOAD(former + at) : (floatv)(0.0f);
+        const floatv lacks = fmax(wanted * known - before, (floatv)(0.0f));
+        const floatv ratio = fmin(
+            fmax(lacks / fmax(shown[row - low], (floatv)(1e-30f)), (floatv)(0.1f)), (floatv)(8.0f));
+        const floatv change = LANES_SELECT((floatv)(0.0f), sqrt(ratio) - 1.0f, known >= 0.0f);
+        load_complex(samples, &re, &im);
+        re *= change;
+        im *= change;
+      }
+      store_complex(re, im, samples);
     }
-  }
-}
-
-// plane: times what its bins of bin_x x bin_y pixels change; zero outside the region, which begins
-// with column x0 and row y0 of the bins. A work-item takes single pixels.
-__kernel void change_plane(__global float2* restrict plane, int nx, int ny,
-                           const __global float* restrict change, int x0, int y0, int region_nx,
-                           int region_ny, int bin_x, int bin_y) {
-  const int y = (int)get_global_id(1), row = y / bin_y - y0;
-  if (y >= ny) return;
-  const int step = (int)get_global_size(0);
-  for (int x = (int)get_global_id(0); x < nx; x += step) {
-    const int column = x / bin_x - x0;
-    const int inside = row >= 0 && row < region_ny && column >= 0 && column < region_nx;
-    plane[(size_t)nx * (size_t)y + x] *=
-        inside ? change[(size_t)region_nx * (size_t)row + column] : 0.0f;
   }
 }
 

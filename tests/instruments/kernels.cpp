@@ -285,13 +285,6 @@ void launch_around_ffts(const cl::Device& device) {
     launch("put_back", spectrum, first, nx, columns, rows, open_nx, open_ny, turned, nx, 0.5f);
     launch("step_phase", hologram, first, pitch, -1.0f, beam, first, columns, rows, open_nx,
            open_ny, turned, nx, 0.5f);
-    const glm::ivec2 bin(4, 2), first_bin(-1, 1), bins(16, ny / 2);
-    cl::Buffer<float> of_bins(device, area_of(bins), "bins");
-    launch("bin_intensity", turned, nx, ny, of_bins, first_bin.x, first_bin.y, bins.x, bins.y,
-           bin.x, bin.y);
-    for (const float sum : of_bins.read()) CHECK(std::isfinite(sum));
-    launch("change_plane", turned, nx, ny, of_bins, first_bin.x, first_bin.y, bins.x, bins.y, bin.x,
-           bin.y);
     for (const auto& light : {&hologram, &spectrum, &turned}) CHECK(all_finite(light->read()));
   }
 }

@@ -93,10 +93,9 @@ DEVICE_TEST("Fresnel pictures are the direct sums at the places that the grid na
         const auto h = masked(field, 1, grid.open);
         light->show(holograms, 1, key);
         const auto plane = light->plane(key).read();
-        const auto known = grid.pixels();
         double worst = 0;
-        for (int y = known.first.y; y < known.first.y + known.size.y; y += 7) {
-          for (int x = known.first.x; x < known.first.x + known.size.x; x += 5) {
+        for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7) {
+          for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5) {
             const double expected =
                 direct_intensity(s.optics, h, s.keys[key].z_m, {grid.x_m(x), grid.y_m(y)});
             const double got =
@@ -224,8 +223,8 @@ DEVICE_TEST(
       std::vector<double> expected;
       for (int i = 0; i < 8; ++i) {
         for (int j = 0; j < 5; ++j) {
-          const auto [first, size] = grid.pixels();
-          const auto at = first + size * glm::ivec2(2 * i + 1, 2 * j + 1) / glm::ivec2(16, 10);
+          const auto at = grid.known_first +
+                          grid.known_size * glm::ivec2(2 * i + 1, 2 * j + 1) / glm::ivec2(16, 10);
           seen.push_back(static_cast<std::size_t>(at.y) * grid.size.x + at.x);
           expected.push_back(spectrum.at({grid.x_m(at.x), grid.y_m(at.y)}) * factor);
         }
@@ -280,11 +279,10 @@ DEVICE_TEST("the way back is the adjoint: <A x, y> = <x, A* y>") {
           Complex left = 0;
           double energy_y = 0;
           std::vector<std::complex<float>> y(plane.size());
-          const auto region = grid.pixels();
-          for (int row = 0; row < region.size.y; ++row) {
-            for (int column = 0; column < region.size.x; ++column) {
-              const auto at = static_cast<std::size_t>(region.first.y + row) * grid.size.x +
-                              region.first.x + column;
+          for (int row = 0; row < grid.region_size.y; ++row) {
+            for (int column = 0; column < grid.region_size.x; ++column) {
+              const auto at = static_cast<std::size_t>(grid.region_first.y + row) * grid.size.x +
+                              grid.region_first.x + column;
               y[at] = {value(random), value(random)};
               left += Complex(plane[at]) * std::conj(Complex(y[at])) * unitary;
               energy_y += std::norm(Complex(y[at]));
@@ -394,10 +392,9 @@ DEVICE_TEST("pictures through parts of a pupil's plane are direct sums, before t
           const auto& grid = light->grid(key);
           light->show(holograms, 0, key);
           const auto plane = light->plane(key).read();
-          const auto known = grid.pixels();
           double worst = 0;
-          for (int y = known.first.y; y < known.first.y + known.size.y; y += 7)
-            for (int x = known.first.x; x < known.first.x + known.size.x; x += 5)
+          for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 7)
+            for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 5)
               worst = std::max(
                   worst,
                   std::abs(
@@ -476,10 +473,9 @@ DEVICE_TEST("a disc of a pupil's plane shows the direct sum over what it lets th
     const auto& grid = light->grid(0);
     light->show(holograms, 0, 0);
     const auto plane = light->plane(0).read();
-    const auto known = grid.pixels();
     double worst = 0;
-    for (int y = known.first.y; y < known.first.y + known.size.y; y += 15)
-      for (int x = known.first.x; x < known.first.x + known.size.x; x += 13)
+    for (int y = grid.known_first.y; y < grid.known_first.y + grid.known_size.y; y += 15)
+      for (int x = grid.known_first.x; x < grid.known_first.x + grid.known_size.x; x += 13)
         worst = std::max(
             worst,
             std::abs(std::norm(Complex(plane[static_cast<std::size_t>(y) * grid.size.x + x])) -

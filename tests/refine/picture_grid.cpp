@@ -56,9 +56,9 @@ TEST_CASE("a spot becomes the closed form of its blur, from samples and from mea
           const double got = target[static_cast<std::size_t>(y) * grid.region_size.x + x];
           unknown += got < 0;
           if (got < 0) continue;
-          const glm::dvec2 d = glm::dvec2(grid.bin_x_m(grid.region_first.x + x),
-                                          grid.bin_y_m(grid.region_first.y + y)) -
-                               centre_m;
+          const glm::dvec2 d =
+              glm::dvec2(grid.x_m(grid.region_first.x + x), grid.y_m(grid.region_first.y + y)) -
+              centre_m;
           const double share = spot_m / wide_m;
           worst = std::max(worst, std::abs(got - share * share *
                                                      std::exp(-(d.x * d.x + d.y * d.y) /

@@ -58,8 +58,6 @@ public:
     down_ = table(size.y, grid_.size.y, spec.pitch_m.y, grid_.pixel_m.y);
   }
 
-  glm::ivec2 bin() const { return grid_.bin; }
-
   /// One frame: `iterations` steps from h.
   Plane frame(Plane h, const RefineSpec& spec, int number) {
     double wanted = 0;
@@ -70,8 +68,7 @@ public:
       for (int y = 0; y < grid_.size.y; ++y) {
         for (int x = 0; x < grid_.size.x; ++x) {
           auto& sample = b[static_cast<std::size_t>(y) * grid_.size.x + x];
-          const int column = x / grid_.bin.x - grid_.region_first.x,
-                    row = y / grid_.bin.y - grid_.region_first.y;
+          const int column = x - grid_.region_first.x, row = y - grid_.region_first.y;
           const bool inside =
               column >= 0 && column < grid_.region_size.x && row >= 0 && row < grid_.region_size.y;
           const auto at = inside ? static_cast<std::size_t>(row) * grid_.region_size.x + column : 0;
@@ -143,24 +140,16 @@ private:
         double sum = 0;
         for (int j = -grid_.radius_y(); j <= grid_.radius_y(); ++j) {
           for (int i = -grid_.radius_x(); i <= grid_.radius_x(); ++i) {
+            const int at_x = grid_.region_first.x + x + i, at_y = grid_.region_first.y + y + j;
+            if (at_x < 0 || at_x >= grid_.size.x || at_y < 0 || at_y >= grid_.size.y) continue;
             sum += grid_.weights_x[std::abs(i)] * grid_.weights_y[std::abs(j)] *
-                   sum_of_bin(b, grid_.region_first.x + x + i, grid_.region_first.y + y + j);
+                   std::norm(b[static_cast<std::size_t>(at_y) * grid_.size.x + at_x]);
           }
         }
         result.push_back(sum);
       }
     }
     return result;
-  }
-
-  /// Of |b|^2, as far as the plane goes.
-  double sum_of_bin(const Plane& b, int column, int row) const {
-    double sum = 0;
-    for (int y = row * grid_.bin.y; y < (row + 1) * grid_.bin.y; ++y)
-      for (int x = column * grid_.bin.x; x < (column + 1) * grid_.bin.x; ++x)
-        if (x >= 0 && x < grid_.size.x && y >= 0 && y < grid_.size.y)
-          sum += std::norm(b[static_cast<std::size_t>(y) * grid_.size.x + x]);
-    return sum;
   }
 
   double wanted_per_radiance(const std::vector<double>& own, int number, double brightness) const {
@@ -188,29 +177,24 @@ RefineSpec small_spec(int iterations) {
                     .iterations = iterations};
 }
 
-DEVICE_TEST("three iterations of two frames are those of the plain loop in double, in bins, too") {
+DEVICE_TEST("three iterations of two frames are those of the plain loop in double") {
   const glm::ivec2 size(41, 33);
+  auto spec = small_spec(3);
+  spec.brightness = 1.1;
+  spec.propagation = refinement::Propagation::fresnel;
   const auto key = squares_at(0.9 * mm);
   const auto start = random_phases(size, 2, 1);
-  for (const double blur_m : {8 * um, 16 * um, 40 * um}) {
-    auto spec = small_spec(3);
-    spec.blur_m = blur_m;
-    spec.brightness = 1.1;
-    spec.propagation = refinement::Propagation::fresnel;
-    PlainLoop plain(spec, size, key);
-    CAPTURE(blur_m, plain.bin().x, plain.bin().y);
-    CHECK((plain.bin() == glm::ivec2(1)) == (blur_m < 20 * um));
-    Plane expected;
-    for (int frame = 0; frame < 2; ++frame) {
-      const auto first = start.samples.begin() + std::ptrdiff_t{frame} * size.x * size.y;
-      const auto h = plain.frame({first, first + size.x * size.y}, spec, frame + 1);
-      expected.insert(expected.end(), h.begin(), h.end());
-    }
-    for (const auto backend : backends_of(device)) {
-      const auto refined = refine(device, backend, start, {&key, 1}, spec);
-      CHECK(relative_l2(refined.field.samples, expected) <= 2e-4);
-      CHECK(refined.figures.transforms == 6.5);  // two per iteration, and one sum in two frames
-    }
+  PlainLoop plain(spec, size, key);
+  Plane expected;
+  for (int frame = 0; frame < 2; ++frame) {
+    const auto first = start.samples.begin() + std::ptrdiff_t{frame} * size.x * size.y;
+    const auto h = plain.frame({first, first + size.x * size.y}, spec, frame + 1);
+    expected.insert(expected.end(), h.begin(), h.end());
+  }
+  for (const auto backend : backends_of(device)) {
+    const auto refined = refine(device, backend, start, {&key, 1}, spec);
+    CHECK(relative_l2(refined.field.samples, expected) <= 2e-4);
+    CHECK(refined.figures.transforms == 6.5);  // two per iteration, and one sum in two frames
   }
 }
 
